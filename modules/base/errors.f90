@@ -11,8 +11,7 @@ module base_errors
   type :: error_t
     character(:), allocatable :: message
   contains
-    procedure :: raise
-    procedure :: is_set
+    procedure :: raise, is_set
   end type error_t
 
   abstract interface

@@ -17,11 +17,7 @@ module base_files
     integer(c_int), private :: fd = -1
     character(:), allocatable, private :: path
   contains
-    procedure :: create
-    procedure :: append
-    procedure :: put
-    procedure :: sync
-    procedure :: close => close_file
+    procedure :: create, append, put, sync, close => close_file
   end type text_file_t
 
   interface

@@ -13,8 +13,7 @@ contains
   !> stable merge sort.
   pure function order_of(key) result(order)
     real(rp), intent(in) :: key(:, :)
-    integer :: order(size(key, 2)), merged(size(key, 2))
-    integer :: a, b, first, i, middle, n, last, width
+    integer :: order(size(key, 2)), merged(size(key, 2)), a, b, first, i, middle, n, last, width
 
     n = size(order)
     order = [(i, i=1, n)]

@@ -18,11 +18,9 @@ module base_timers
 
   !> Wall-clock times of the phases; `lap(k)` adds the time since the last call to phase k [s].
   type :: phase_timer_t
-    real(rp) :: seconds(n_phases) = 0.0_rp
-    real(rp) :: last = 0.0_rp
+    real(rp) :: seconds(n_phases) = 0.0_rp, last = 0.0_rp
   contains
-    procedure :: start
-    procedure :: lap
+    procedure :: start, lap
   end type phase_timer_t
 
 contains

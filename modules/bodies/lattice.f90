@@ -19,19 +19,13 @@ module bodies_lattice
   type :: lattice_t
     integer :: kind = straight
     real(rp) :: spacing(3) = 0.0_rp, origin(3) = 0.0_rp
-    integer :: n(3) = 0
-    integer :: axis = 3
+    integer :: n(3) = 0, axis = 3
     real(rp) :: centre(3) = 0.0_rp, radius = 0.0_rp
     type(grading_t) :: grading(3)   !! along graded axes rows are equidistant in grid coordinates,
                                     !! `layer` apart from `bottom` [cells]
     real(rp) :: layer(3) = 0.0_rp, bottom(3) = 0.0_rp
   contains
-    procedure :: edges
-    procedure :: is_straight
-    procedure :: on_ring
-    procedure :: pitch
-    procedure :: point
-    procedure :: share
+    procedure :: edges, is_straight, on_ring, pitch, point, share
   end type lattice_t
 
   real(rp), parameter :: half_turn = acos(-1.0_rp), turn = 2.0_rp*half_turn

@@ -221,8 +221,7 @@ contains
   subroutine reflect(sim, kind, g, lost, mass_behind, part)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: kind
-    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
-    real(rp), intent(inout) :: lost(8, size(sim%scene%symmetry))
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn), lost(8, size(sim%scene%symmetry))
     real(rp), intent(inout), optional :: mass_behind(sim%boundary%mirrors%n_pairs)
     integer, intent(in), optional :: part                 !! absent: all
     real(rp), dimension(8, size(sim%scene%symmetry)) :: sign, shift

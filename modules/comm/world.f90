@@ -21,20 +21,14 @@ module comm_world
   !> Communicator, own rank (from 0) and number of ranks.
   type :: world_t
     type(mpi_comm) :: comm
-    integer :: rank = 0
-    integer :: size = 1
+    integer :: rank = 0, size = 1
   contains
-    procedure :: is_root
-    procedure :: ranks_here
-    procedure :: barrier
+    procedure :: is_root, ranks_here, barrier
     procedure, private :: sum_reals, sum_longs, sum_integers, sum_long
     generic :: sum => sum_reals, sum_longs, sum_integers, sum_long
     procedure, private :: max_reals
     generic :: max => max_reals
-    procedure :: broadcast
-    procedure :: all_true
-    procedure :: share_message
-    procedure :: swap
+    procedure :: broadcast, all_true, share_message, swap
   end type world_t
 
   !> Non-blocking maximum over ranks.
@@ -42,9 +36,7 @@ module comm_world
     real(rp), allocatable :: value(:)        !! values of this rank, then maxima of all ranks
     type(mpi_request), private :: request
   contains
-    procedure :: start => start_reduction
-    procedure :: is_done
-    procedure :: finish => finish_reduction
+    procedure :: start => start_reduction, is_done, finish => finish_reduction
   end type reduction_t
 
   real(rp), parameter :: wait_limit = 60.0_rp  !! for the other ranks after an error [s]

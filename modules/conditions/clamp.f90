@@ -20,9 +20,7 @@ module conditions_clamp
     logical :: is_uniform = .true.    !! else `velocity_at` gives the velocity
   contains
     procedure, nopass :: add_keys
-    procedure :: read_keys
-    procedure :: moves
-    procedure :: velocity_at
+    procedure :: read_keys, moves, velocity_at
     procedure, non_overridable :: read_box
   end type clamp_t
 

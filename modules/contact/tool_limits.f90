@@ -280,8 +280,7 @@ contains
   subroutine find_shear_layer(material, n, alpha, temp, n_state, state, z, v, layer)
     type(material_t), intent(in) :: material
     integer, intent(in) :: n, n_state
-    real(rp), intent(in) :: alpha(nlane), temp(nlane), z(nlane), v(nlane)
-    real(rp), intent(in) :: state(nlane, n_state)
+    real(rp), intent(in) :: alpha(nlane), temp(nlane), z(nlane), v(nlane), state(nlane, n_state)
     type(shear_layer_t), intent(out) :: layer
     real(rp), dimension(nlane) :: base, conductivity, hot_slope, rate, rise, sigma, slope
 

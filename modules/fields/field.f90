@@ -13,9 +13,7 @@ module fields_field
     logical :: has_force = .false.         !! the motion needs the body force `force`
     logical :: has_temperature = .false.   !! `temperature` is given
   contains
-    procedure :: motion => rest
-    procedure :: force => no_force
-    procedure :: temperature => no_temperature
+    procedure :: motion => rest, force => no_force, temperature => no_temperature
   end type field_t
 
 contains

@@ -17,9 +17,7 @@ module fields_ring
     real(rp) :: rate = 0.0_rp               !! w [rad/s]
     real(rp) :: mu = 0.0_rp                 !! shear modulus over density [m2/s2]
   contains
-    procedure :: set_radii
-    procedure :: motion
-    procedure :: force
+    procedure :: set_radii, motion, force
   end type ring_t
 
 contains

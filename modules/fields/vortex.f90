@@ -17,8 +17,7 @@ module fields_vortex
     real(rp) :: rate = 0.0_rp               !! w [rad/s]
     real(rp) :: mu = 0.0_rp                 !! shear modulus over density [m2/s2]
   contains
-    procedure :: motion
-    procedure :: force
+    procedure :: motion, force
     procedure, private :: profile
   end type vortex_t
 

@@ -19,8 +19,7 @@ module fields_waves
     real(rp) :: mu = 0.0_rp             !! shear modulus over density [m2/s2]
     real(rp) :: lambda = 0.0_rp         !! Lame's other constant over density [m2/s2]
   contains
-    procedure :: motion
-    procedure :: force
+    procedure :: motion, force
   end type waves_t
 
 contains

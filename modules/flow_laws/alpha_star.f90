@@ -22,8 +22,7 @@ module flow_laws_alpha_star
     real(rp) :: below = 0.0_rp, above = 0.0_rp     !! values below and above that range
   contains
     procedure, nopass :: add_keys
-    procedure :: read_keys
-    procedure :: evaluate
+    procedure :: read_keys, evaluate
   end type alpha_star_t
 
 contains

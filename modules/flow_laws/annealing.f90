@@ -28,16 +28,14 @@ module flow_laws_annealing
     type(arrhenius_t) :: recovery      !! C0 [m^(2n-2)/s]
     type(arrhenius_t) :: growth        !! C0 [m^m/s]
     type(arrhenius_t) :: mobility      !! C0 [m4/(J s)]
-    real(rp) :: recovery_exponent = 2.0_rp
-    real(rp) :: growth_exponent = 2.0_rp
+    real(rp) :: recovery_exponent = 2.0_rp, growth_exponent = 2.0_rp
     real(rp) :: threshold = huge(1.0_rp)  !! density above which nuclei grow [1/m2]
     real(rp) :: spacing = 1.0_rp          !! D, also the final grain size after recrystallisation
                                           !! [m]
     real(rp) :: strain = huge(1.0_rp)     !! strain over which deformation removes X
   contains
     procedure, nopass :: add_keys
-    procedure :: read_keys
-    procedure :: is_active
+    procedure :: read_keys, is_active
   end type annealing_t
 
   real(rp), parameter :: gas_constant = 8.314462618_rp      !! [J/(mol K)]

@@ -20,8 +20,7 @@ module flow_laws_hot_working
   contains
     procedure :: read_keys
     procedure, nopass :: has_own_melting
-    procedure :: prepare
-    procedure :: stress
+    procedure :: prepare, stress
   end type hot_working_t
 
   integer, parameter :: own = 3   !! first column of `work` of the hot law

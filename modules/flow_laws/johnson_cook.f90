@@ -23,8 +23,7 @@ module flow_laws_johnson_cook
     procedure, nopass :: add_keys
     procedure :: read_keys
     procedure, nopass :: has_own_melting
-    procedure :: prepare
-    procedure :: stress
+    procedure :: prepare, stress
   end type johnson_cook_t
 
   real(rp), parameter :: min_strain = 1.0e-9_rp

@@ -16,9 +16,7 @@ module flow_laws_norton
     real(rp) :: n = 1.0_rp   !! exponent of the rate
   contains
     procedure, nopass :: add_keys
-    procedure :: read_keys
-    procedure :: prepare
-    procedure :: stress
+    procedure :: read_keys, prepare, stress
   end type norton_t
 
 contains

@@ -18,9 +18,7 @@ module flow_laws_sellars_tegart
     real(rp) :: q = 0.0_rp             !! [J/mol]
   contains
     procedure, nopass :: add_keys
-    procedure :: read_keys
-    procedure :: prepare
-    procedure :: stress
+    procedure :: read_keys, prepare, stress
   end type sellars_tegart_t
 
   character(*), parameter :: required = 'required if LAW = sellars-tegart or hot-working'
@@ -73,8 +71,7 @@ contains
   !> Evaluate asinh(w) = ln(w + sqrt(1 + w^2)), from ln w above 1e4 and as w below 1e-4, where the
   !> logarithm would overflow or lose digits.
   pure subroutine evaluate(scale, per_n, work, log_rate, sigma, slope)
-    real(rp), intent(in) :: scale, per_n
-    real(rp), intent(in) :: work(nlane, n_work), log_rate(nlane)
+    real(rp), intent(in) :: scale, per_n, work(nlane, n_work), log_rate(nlane)
     real(rp), intent(out) :: sigma(nlane), slope(nlane)
     real(rp) :: log_w, w, root, value
     integer :: p

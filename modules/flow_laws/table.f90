@@ -18,9 +18,7 @@ module flow_laws_table
     real(rp), allocatable :: sigma(:, :, :)                   !! at (strain, rate, temperature) [Pa]
   contains
     procedure, nopass :: add_keys
-    procedure :: read_keys
-    procedure :: prepare
-    procedure :: stress
+    procedure :: read_keys, prepare, stress
   end type flow_table_t
 
   integer, parameter :: max_values = 4096   !! values of flow stress

@@ -42,13 +42,7 @@ module flow_laws_two_phase
     procedure, nopass :: annealing_keys
     procedure :: outputs
     procedure, nopass :: list_warnings
-    procedure :: prepare
-    procedure :: stress
-    procedure :: advance
-    procedure :: inspect
-    procedure :: anneal
-    procedure :: start
-    procedure :: describe
+    procedure :: prepare, stress, advance, inspect, anneal, start, describe
     procedure, private :: coefficients
   end type two_phase_t
 

@@ -38,8 +38,7 @@ contains
 
   !> Fill the columns of `work` except the last.
   pure subroutine prepare_block(per_a, per_b, source, temp, star, state, work)
-    real(rp), intent(in) :: per_a, per_b, source
-    real(rp), intent(in) :: temp(nlane), star(nlane), state(nlane, n_own)
+    real(rp), intent(in) :: per_a, per_b, source, temp(nlane), star(nlane), state(nlane, n_own)
     real(rp), intent(out) :: work(nlane, n_work)
     real(rp) :: z
     integer :: p
@@ -118,8 +117,7 @@ contains
   contains
     !> Derivatives du and d rho_c by the shear; y = (1 - f)^(-1/3).
     pure subroutine slope_of(c, k, source, u, cells, f, y, du, dc)
-      real(rp), intent(in) :: c(4), k, source
-      real(rp), intent(in) :: u, cells, f, y
+      real(rp), intent(in) :: c(4), k, source, u, cells, f, y
       real(rp), intent(out) :: du, dc
       real(rp) :: crossed                       ! c1 sqrt(total density): 6 beta*/(b d)
 
@@ -162,8 +160,7 @@ contains
   !> Stress of the advanced state and its derivative by ln x: by the exponent of the rate, and by
   !> the change of the state over the increment.
   pure subroutine evaluate(sigma0, c, work, log_rate, state, sigma, slope)
-    real(rp), intent(in) :: sigma0, c(4)
-    real(rp), intent(in) :: work(nlane, n_work), log_rate(nlane), state(nlane, n_own)
+    real(rp), intent(in) :: sigma0, c(4), work(nlane, n_work), log_rate(nlane), state(nlane, n_own)
     real(rp), intent(out) :: sigma(nlane), slope(nlane)
     real(rp) :: mean, factor
     integer :: p

@@ -30,8 +30,7 @@ module flow_laws_voce
     procedure, nopass :: add_keys
     procedure :: read_keys
     procedure, nopass :: has_own_melting
-    procedure :: prepare
-    procedure :: stress
+    procedure :: prepare, stress
   end type voce_t
 
 contains

@@ -17,9 +17,7 @@ module flow_laws_zerilli_armstrong
     real(rp) :: c5 = 0.0_rp, n = 0.5_rp                 !! [Pa], [-]
   contains
     procedure, nopass :: add_keys
-    procedure :: read_keys
-    procedure :: prepare
-    procedure :: stress
+    procedure :: read_keys, prepare, stress
   end type zerilli_armstrong_t
 
   real(rp), parameter :: min_strain = 1.0e-9_rp
@@ -81,8 +79,7 @@ contains
   end subroutine stress
 
   pure subroutine evaluate(c, n, work, alpha, x, log_rate, sigma, slope)
-    real(rp), intent(in) :: c(4), n
-    real(rp), intent(in) :: work(nlane, n_work), alpha(nlane), x(nlane), log_rate(nlane)
+    real(rp), intent(in) :: c(4), n, work(nlane, n_work), alpha(nlane), x(nlane), log_rate(nlane)
     real(rp), intent(out) :: sigma(nlane), slope(nlane)
     real(rp) :: e, root, hard, factor
     integer :: p

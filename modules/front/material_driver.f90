@@ -236,8 +236,7 @@ contains
     type(stress_sums_t) :: sums
     type(point_t) :: point
     real(rp), dimension(nlane) :: j, alpha, temp, rate, flow, mass
-    real(rp) :: l(nlane, 9), b(nlane, 6), tau(nlane, 6), state(nlane, material%flow%n_state)
-    real(rp) :: x, dt
+    real(rp) :: l(nlane, 9), b(nlane, 6), tau(nlane, 6), state(nlane, material%flow%n_state), x, dt
     integer :: k, part, parts, rows
 
     mat = material

@@ -23,8 +23,7 @@ module front_point_watch
     integer(i8) :: counts(n_kinds) = 0           !! number of warnings
     real(rp) :: first(3, n_kinds) = 0.0_rp       !! first: time [s], plastic strain, T [K]
   contains
-    procedure :: inspect
-    procedure :: log_warnings
+    procedure :: inspect, log_warnings
   end type validity_checker_t
 
 contains

@@ -6,14 +6,9 @@ module grid_box
 
   !> An inclusive box of nodes; empty if any hi < lo.
   type, public :: box_t
-    integer :: lo(3) = 0
-    integer :: hi(3) = -1
+    integer :: lo(3) = 0, hi(3) = -1
   contains
-    procedure :: is_empty
-    procedure :: grown
-    procedure :: meet
-    procedure :: count => box_count
-    procedure :: has
+    procedure :: is_empty, grown, meet, count => box_count, has
   end type box_t
 
 contains

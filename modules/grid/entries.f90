@@ -29,9 +29,7 @@ module grid_entries
     integer :: messages = 0
     integer, allocatable :: pair(:, :)  !! (2, n) entry of an image, entry of the first image
   contains
-    procedure :: post
-    procedure :: progress_messages
-    procedure :: finish
+    procedure :: post, progress_messages, finish
   end type entry_exchange_t
 
 contains

@@ -31,15 +31,8 @@ module grid_geometry
     integer :: period(3) = 0        !! nodes to the next image; 0: not periodic
     type(grading_t) :: grading(3)   !! grading of each axis
   contains
-    procedure :: cells
-    procedure :: edges_at => grid_edges_at
-    procedure :: is_graded => grid_is_graded
-    procedure :: longest
-    procedure :: longest_edges
-    procedure :: nearest_image
-    procedure :: edges
-    procedure :: is_cubic
-    procedure :: upper
+    procedure :: cells, edges_at => grid_edges_at, is_graded => grid_is_graded, longest
+    procedure :: longest_edges, nearest_image, edges, is_cubic, upper
   end type grid_t
 
   !> A rank's part: owned box, box with halo, and storage of node (i,j,k) (k fastest).
@@ -52,12 +45,8 @@ module grid_geometry
     integer :: period(3) = 0        !! as in the grid
     type(grading_t) :: grading(3)   !! as in the grid
   contains
-    procedure :: edges_at => patch_edges_at
-    procedure :: is_graded => patch_is_graded
-    procedure :: indices
-    procedure :: linear_place
-    procedure :: node
-    procedure :: position
+    procedure :: edges_at => patch_edges_at, is_graded => patch_is_graded, indices, linear_place
+    procedure :: node, position
   end type patch_t
 
   !> A grid of cubes, or of cells with an edge for each axis.

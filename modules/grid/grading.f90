@@ -27,18 +27,8 @@ module grid_grading
     integer, allocatable :: bin(:)       !! span in which each bin of equal length begins
     real(rp) :: inv_bin = 0.0_rp         !! 1/length of a bin [1/m]
   contains
-    procedure :: growth
-    procedure :: longest
-    procedure :: middle
-    procedure :: centre
-    procedure :: span_of
-    procedure :: spans_of
-    procedure :: place
-    procedure :: position
-    procedure :: linear_place
-    procedure :: mean_place
-    procedure :: weights
-    procedure :: is_mirrored
+    procedure :: growth, longest, middle, centre, span_of, spans_of, place, position, linear_place
+    procedure :: mean_place, weights, is_mirrored
   end type grading_t
 
 contains
@@ -230,8 +220,7 @@ contains
 
   !> Do the same from the tables in a vectorised loop.
   pure subroutine find_spans(n_bins, n_edges, lowest, bin, edge, inv_bin, first, last, x, spans)
-    integer, intent(in) :: n_bins, n_edges, lowest, first, last
-    integer, intent(in) :: bin(0:n_bins)
+    integer, intent(in) :: n_bins, n_edges, lowest, first, last, bin(0:n_bins)
     real(rp), intent(in) :: edge(lowest:lowest + n_edges - 1), inv_bin, x(nlane)
     integer, intent(out) :: spans(nlane)
     real(rp) :: most, origin

@@ -32,16 +32,8 @@ module grid_halo
     real(rp) :: waited = 0.0_rp                   !! time spent waiting for other ranks [s]
     type(entry_exchange_t), private :: entries    !! exchange of values of a few nodes
   contains
-    procedure :: init
-    procedure :: mark_used
-    procedure :: sum => sum_records
-    procedure :: post
-    procedure :: progress_messages
-    procedure :: finish
-    procedure :: combine
-    procedure :: post_entries
-    procedure :: entries_have_arrived
-    procedure :: finish_entries
+    procedure :: init, mark_used, sum => sum_records, post, progress_messages, finish, combine
+    procedure :: post_entries, entries_have_arrived, finish_entries
   end type halo_t
 
 contains

@@ -41,12 +41,7 @@ module heat_alone_files
     integer(i8) :: saved_step = -1            !! step of the last checkpoint
     type(melting_t) :: melting
   contains
-    procedure :: init
-    procedure :: write_due
-    procedure :: next_event
-    procedure :: show_progress_line
-    procedure :: write_summary
-    procedure :: sync
+    procedure :: init, write_due, next_event, show_progress_line, write_summary, sync
     procedure :: close => close_files
   end type heat_writer_t
 

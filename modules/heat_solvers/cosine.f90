@@ -42,9 +42,7 @@ module heat_solvers_cosine
     type(c_ptr), private :: forward_plan = c_null_ptr, backward_plan = c_null_ptr
     complex(rp), allocatable, private :: twiddle(:)   !! (n) twiddle factors w_k, from k = 1
   contains
-    procedure :: init
-    procedure :: forward
-    procedure :: backward
+    procedure :: init, forward, backward
     procedure, private :: source_index
   end type cosine_t
 

@@ -29,8 +29,7 @@ module heat_solvers_curve
     type(curve_t) :: resistivity          !! 1/k over T [m K/W]
     type(curve_t) :: capacity             !! c_p/c_ref over T
   contains
-    procedure :: state_at
-    procedure :: temperature_at
+    procedure :: state_at, temperature_at
   end type property_t
 
 contains

@@ -115,8 +115,7 @@ contains
     type(heat_mesh_t), intent(in) :: self
     type(cut_cells_t), intent(in) :: cuts
     real(rp), intent(in) :: conductivity(:)
-    integer, intent(in) :: first, last
-    integer, intent(in) :: target(3, self%n(3), self%n(2), first:last)
+    integer, intent(in) :: first, last, target(3, self%n(3), self%n(2), first:last)
     real(rp), intent(inout) :: conductance(3, self%n(3), self%n(2), first:last)
     integer :: a(3), at(3), axis, b(3), i, j, k, next(3), to
     real(rp) :: fraction
@@ -219,8 +218,7 @@ contains
     type(heat_mesh_t), intent(inout) :: self
     type(cut_cells_t), intent(in) :: cuts
     real(rp), intent(in) :: capacity(:)
-    integer, intent(in) :: first, last
-    integer, intent(in) :: target(3, self%n(3), self%n(2), first:last)
+    integer, intent(in) :: first, last, target(3, self%n(3), self%n(2), first:last)
     real(rp), intent(in) :: conductance(3, self%n(3), self%n(2), first:last)
     real(rp), allocatable :: cell_capacity(:, :, :)  ! [J/K]
     real(rp) :: rate(6), expected(6), b(3, 2), volume
@@ -278,8 +276,7 @@ contains
   subroutine list_walls(self, cuts, first, last, target)
     type(heat_mesh_t), intent(inout) :: self
     type(cut_cells_t), intent(in) :: cuts
-    integer, intent(in) :: first, last
-    integer, intent(in) :: target(3, self%n(3), self%n(2), first:last)
+    integer, intent(in) :: first, last, target(3, self%n(3), self%n(2), first:last)
     type(boundary_face_t), allocatable :: list(:)
     type(boundary_face_t) :: wall
     real(rp) :: b(3, 2), open, whole(3), vector(3)

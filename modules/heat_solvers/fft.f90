@@ -29,9 +29,7 @@ module heat_solvers_fft
     real(rp), allocatable, private :: lambda_y(:)    !! eigenvalues along y [1/s]
     complex(rp), allocatable, private :: planes(:), work(:)
   contains
-    procedure :: start
-    procedure :: apply
-    procedure :: solve
+    procedure :: start, apply, solve
   end type fft_t
 
 contains

@@ -14,9 +14,7 @@ module heat_solvers_fft
   type :: fft_t
     logical :: is_exact = .false.
   contains
-    procedure :: start
-    procedure :: apply
-    procedure :: solve
+    procedure :: start, apply, solve
   end type fft_t
 
 contains

@@ -32,12 +32,7 @@ module heat_solvers_implicit
     real(rp), allocatable, private, dimension(:) :: m2, f, base, d, scale, y, rhs, x
     real(rp), allocatable, private :: mean(:)     !! mean rate of the last step [K/s]
   contains
-    procedure :: start
-    procedure :: step
-    procedure :: save_mean_rate
-    procedure :: estimate
-    procedure :: pack_memory
-    procedure :: unpack_memory
+    procedure :: start, step, save_mean_rate, estimate, pack_memory, unpack_memory
   end type implicit_t
 
 contains

@@ -35,10 +35,7 @@ module heat_solvers_integrator
     real(rp), private :: p0(n_books) = 0.0_rp
     real(rp), allocatable, private, dimension(:) :: y0, y1, m0, m1
   contains
-    procedure :: start
-    procedure :: advance
-    procedure :: pack_memory
-    procedure :: unpack_memory
+    procedure :: start, advance, pack_memory, unpack_memory
   end type integrator_t
 
 contains

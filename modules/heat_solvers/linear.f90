@@ -24,16 +24,13 @@ module heat_solvers_linear
 
   !> Solver and its work arrays.
   type :: linear_t
-    integer :: solver = by_cg
-    integer :: solves = 0, iterations = 0
+    integer :: solver = by_cg, solves = 0, iterations = 0
     logical :: has_failed = .false.               !! a solve did not converge, equal on all ranks
     type(fft_t) :: fft
     type(petsc_t) :: petsc
     real(rp), allocatable, private, dimension(:) :: p, g, diagonal, main, r, z, q
   contains
-    procedure :: start
-    procedure :: solve
-    procedure :: filter
+    procedure :: start, solve, filter
   end type linear_t
 
 contains

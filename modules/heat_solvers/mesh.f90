@@ -36,13 +36,7 @@ module heat_solvers_mesh
     integer, allocatable :: body(:)               !! (np nx) body of each cell
     type(boundary_face_t), allocatable :: wall(:)   !! boundary faces of the own cells
   contains
-    procedure :: init
-    procedure :: plane_owner
-    procedure :: centre
-    procedure :: box
-    procedure :: place
-    procedure :: all_rates
-    procedure :: swap
+    procedure :: init, plane_owner, centre, box, place, all_rates, swap
   end type heat_mesh_t
 
 contains

@@ -42,10 +42,7 @@ module heat_solvers_petsc
     real(rp), private :: built_for = 0.0_rp   !! implicit step of the preconditioner [s]; 0: none
     real(rp), allocatable, private :: built_from(:)   !! diagonal of the preconditioner [J/K]
   contains
-    procedure :: start
-    procedure :: solve
-    procedure :: pack_memory
-    procedure :: unpack_memory
+    procedure :: start, solve, pack_memory, unpack_memory
   end type petsc_t
 
   abstract interface

@@ -30,17 +30,8 @@ module heat_solvers_rates
     integer :: evaluations = 0                    !! evaluations of the rates so far
     real(rp), allocatable, private :: phi(:), temperature(:)   !! for variable properties [K]
   contains
-    procedure :: prepare
-    procedure :: add_films
-    procedure :: set_sources
-    procedure :: fill
-    procedure :: rate
-    procedure :: stage
-    procedure :: slope
-    procedure :: conduct
-    procedure :: temperatures
-    procedure :: content
-    procedure :: size => field_size
+    procedure :: prepare, add_films, set_sources, fill, rate, stage, slope, conduct, temperatures
+    procedure :: content, size => field_size
   end type heat_t
 
 contains

@@ -18,9 +18,7 @@ module heat_solvers_redistribution
     integer, allocatable, private :: send(:), receive(:), j_of(:), nj_of(:)
     complex(rp), allocatable, private :: packed(:)
   contains
-    procedure :: init
-    procedure :: to_columns
-    procedure :: to_planes
+    procedure :: init, to_columns, to_planes
   end type redistribution_t
 
 contains

@@ -28,8 +28,7 @@ module heat_solvers_sources
     real(rp), allocatable :: max_conductance(:)   !! upper bound over all temperatures [W/K]
     real(rp), allocatable :: per_capacity(:)      !! conductance over capacity of the cell [1/s]
   contains
-    procedure :: init
-    procedure :: loss
+    procedure :: init, loss
   end type wall_films_t
 
   integer, parameter, public :: kind_disc = 1, kind_ball = 2, kind_stir = 3
@@ -51,10 +50,7 @@ module heat_solvers_sources
     real(rp), allocatable :: insulance(:)         !! centre depth over face area [1/m]
     real(rp), allocatable :: moment(:, :)            !! (4, n) moments at the start and the end
   contains
-    procedure :: find_walls
-    procedure :: move
-    procedure :: is_on
-    procedure :: heat_of
+    procedure :: find_walls, move, is_on, heat_of
   end type heat_source_t
 
 contains

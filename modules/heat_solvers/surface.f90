@@ -19,10 +19,7 @@ module heat_solvers_surface
     integer, private :: nx = 0, ny = 0
     type(cosine_t), private :: along_x, along_y
   contains
-    procedure :: init
-    procedure :: respond
-    procedure :: spectrum
-    procedure :: field
+    procedure :: init, respond, spectrum, field
   end type surface_t
 
 contains

@@ -17,8 +17,7 @@ module heat_solvers_tridiagonal
     real(rp), allocatable :: lambda_x(:)             !! (nx) decay rates of cosine modes [1/s]
     real(rp), allocatable, dimension(:) :: zm, zp, loss   !! (nz) [1/s]
   contains
-    procedure :: solve
-    procedure :: response
+    procedure :: solve, response
   end type tridiagonal_t
 
 contains

@@ -44,15 +44,8 @@ module input_assignments
     integer :: n_groups = 0, n_read = 0   !! numbers of the file; overrides follow
     type(places_t), allocatable, private :: places(:)
   contains
-    procedure :: find_places
-    procedure :: count => count_groups
-    procedure :: add_group
-    procedure :: find
-    procedure :: last_of
-    procedure :: value
-    procedure :: replace
-    procedure :: gather
-    procedure :: text_of_groups
+    procedure :: find_places, count => count_groups, add_group, find, last_of, value, replace
+    procedure :: gather, text_of_groups
   end type scan_t
 
 contains
@@ -197,8 +190,7 @@ contains
   pure function text_of_groups(self, table) result(r)
     class(scan_t), intent(in) :: self
     type(key_table_t), intent(in) :: table
-    character(:), allocatable :: r
-    character(:), allocatable :: one
+    character(:), allocatable :: r, one
     integer, allocatable :: first(:), last(:)
     integer :: g, i, j, k, n
     logical :: is_whole

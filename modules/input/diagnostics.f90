@@ -29,12 +29,8 @@ module input_diagnostics
     integer :: n_more = 0                      !! number of errors not in the list
     character(:), allocatable :: sets(:)       !! overrides; line -k refers to the k-th
   contains
-    procedure :: note_overrides
-    procedure :: add
-    procedure :: add_first
-    procedure :: count => count_diagnostics
-    procedure :: text => text_of_diagnostic
-    procedure :: print => print_diagnostics
+    procedure :: note_overrides, add, add_first, count => count_diagnostics
+    procedure :: text => text_of_diagnostic, print => print_diagnostics
   end type diagnostics_t
 
 contains

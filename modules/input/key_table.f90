@@ -13,8 +13,7 @@ module input_key_table
   !> One group of the input.
   type :: group_row_t
     character(16) :: name = ''
-    logical :: repeats = .false.
-    logical :: is_required = .false.
+    logical :: repeats = .false., is_required = .false.
     integer :: first = 1, last = 0      !! range of its rows in the list of keys
     character(240) :: about = ''
   end type group_row_t
@@ -39,11 +38,7 @@ module input_key_table
     type(group_row_t), allocatable :: groups(:)
     type(key_row_t), allocatable :: keys(:)
   contains
-    procedure :: group => add_group
-    procedure :: key => add_key
-    procedure :: may_change => let_change
-    procedure :: find_group
-    procedure :: find_key
+    procedure :: group => add_group, key => add_key, may_change => let_change, find_group, find_key
   end type key_table_t
 
 contains

@@ -51,8 +51,7 @@ contains
   !> Lines `GROUP i checksum` for all files.
   function sums_of_files(input) result(text)
     type(input_t), intent(in) :: input
-    character(:), allocatable :: text
-    character(:), allocatable :: group, path
+    character(:), allocatable :: text, group, path
     character(16) :: digits
     integer(i8) :: bytes, total
     integer :: g, i
@@ -76,8 +75,7 @@ contains
   !> Text of NAME_input.nml.
   function resolved_text(input) result(text)
     type(input_t), intent(in) :: input
-    character(:), allocatable :: text
-    character(:), allocatable :: group, one
+    character(:), allocatable :: text, group, one
     integer :: g, i
 
     text = '! The input as it was run, overrides in place.'//nl//input%text_of_file()//nl//nl// &
@@ -100,8 +98,7 @@ contains
   !> Text of all groups with their defaults, for comparison by a restart.
   function scene_text(input) result(text)
     type(input_t), intent(in) :: input
-    character(:), allocatable :: text
-    character(:), allocatable :: group, key, value
+    character(:), allocatable :: text, group, key, value
     integer :: g, i, k, n
 
     text = ''
@@ -136,8 +133,7 @@ contains
   function defaults_of(input, g, i) result(text)
     type(input_t), intent(in) :: input
     integer, intent(in) :: g, i
-    character(:), allocatable :: text
-    character(:), allocatable :: group, value
+    character(:), allocatable :: text, group, value
     integer :: k
 
     text = ''

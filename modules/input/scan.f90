@@ -64,8 +64,7 @@ contains
   !> Read a file without a size, such as a pipe or a terminal, to its end.
   subroutine read_pipe(unit, text, problem)
     integer, intent(in) :: unit
-    character(:), allocatable, intent(inout) :: text
-    character(:), allocatable, intent(inout) :: problem
+    character(:), allocatable, intent(inout) :: text, problem
     character(4096) :: part
     integer :: n, status
 

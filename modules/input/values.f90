@@ -31,26 +31,10 @@ module input_values
     character(:), allocatable :: folder                !! folder of named files, if not its own
     type(diagnostics_t), pointer :: diagnostics => null()   !! errors and warnings
   contains
-    procedure :: count => count_groups
-    procedure :: has_required_groups
-    procedure :: is_short
-    procedure :: given => is_given
-    procedure :: holds
-    procedure :: real => one_real
-    procedure :: reals => some_reals
-    procedure :: list => all_reals
-    procedure :: integers => some_integers
-    procedure :: integer => one_integer
-    procedure :: logical => one_logical
-    procedure :: text => one_text
-    procedure :: line => line_of
-    procedure :: report
-    procedure :: warn
-    procedure :: switches_on
-    procedure :: text_of_file
-    procedure :: item
-    procedure :: set_default
-    procedure :: values
+    procedure :: count => count_groups, has_required_groups, is_short, given => is_given, holds
+    procedure :: real => one_real, reals => some_reals, list => all_reals, integers => some_integers
+    procedure :: integer => one_integer, logical => one_logical, text => one_text, line => line_of
+    procedure :: report, warn, switches_on, text_of_file, item, set_default, values
     procedure, private :: row_number
   end type input_t
 
@@ -341,8 +325,7 @@ contains
     class(input_t), intent(in) :: self
     character(*), intent(in) :: group, key
     integer, intent(in) :: i
-    character(:), allocatable :: r
-    character(:), allocatable :: one
+    character(:), allocatable :: r, one
     integer, allocatable :: first(:), last(:)
     integer :: k
 

@@ -46,8 +46,7 @@ contains
   !> Expected value of a key, as `3 real numbers [m]`.
   pure function expected(row) result(r)
     type(key_row_t), intent(in) :: row
-    character(:), allocatable :: r
-    character(:), allocatable :: one, many
+    character(:), allocatable :: r, one, many
 
     select case (row%kind)
     case ('real')
@@ -139,8 +138,7 @@ contains
   pure function check_item(row, item) result(r)
     type(key_row_t), intent(in) :: row
     character(*), intent(in) :: item
-    character(:), allocatable :: r
-    character(:), allocatable :: text
+    character(:), allocatable :: r, text
     integer :: i
     real(rp) :: x
     logical :: flag, ok

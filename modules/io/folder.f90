@@ -21,8 +21,7 @@ module io_folder
   public :: take_folder, clear_folder
 
   real(rp), parameter :: lock_timeout = 5.0_rp  !! wait for a run that is ending [s]
-  character(*), parameter :: nl = new_line('a')
-  character(*), parameter :: run_file = '_run.txt'
+  character(*), parameter :: nl = new_line('a'), run_file = '_run.txt'
   character(*), parameter :: endings(13) = [character(24) :: '_history.csv', '_probes.csv', &
     '_errors.csv', '_tracers.csv', '.hdf.series', '_tools.hdf.series', '_checkpoint.h5', &
     '_checkpoint_previous.h5', '_broken.h5', '_broken_previous.h5', '_summary.json', &

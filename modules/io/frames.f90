@@ -21,8 +21,7 @@ module io_frames
 
   public :: write_frame, write_heat_frame, write_series, frame_name
 
-  character(*), parameter :: point_data = '/VTKHDF/PointData/'
-  character(*), parameter :: nl = new_line('a')
+  character(*), parameter :: point_data = '/VTKHDF/PointData/', nl = new_line('a')
   integer(int8), parameter :: vertex = 1_int8   !! VTK_VERTEX
 
 contains

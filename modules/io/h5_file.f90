@@ -36,15 +36,8 @@ module io_h5_file
     integer(i8), private :: bytes = 0      !! size of an existing file
     character(:), allocatable, private :: path
   contains
-    procedure :: create
-    procedure :: open => open_old
-    procedure :: flush => flush_file
-    procedure :: close => close_file
-    procedure :: group
-    procedure :: extent
-    procedure :: put_columns
-    procedure :: get_columns
-    procedure :: verify
+    procedure :: create, open => open_old, flush => flush_file, close => close_file, group, extent
+    procedure :: put_columns, get_columns, verify
   end type h5file_t
 
   interface

@@ -110,8 +110,7 @@ contains
 
   subroutine write_word(file, place, name, value, error)
     type(h5file_t), intent(in) :: file
-    character(*), intent(in) :: place, name
-    character(*), intent(in) :: value
+    character(*), intent(in) :: place, name, value
     type(error_t), intent(inout) :: error
     character(1), allocatable, target :: bytes(:)
     integer(i8) :: scalar(0)
@@ -122,8 +121,7 @@ contains
 
   subroutine write_words(file, place, name, value, error)
     type(h5file_t), intent(in) :: file
-    character(*), intent(in) :: place, name
-    character(*), intent(in) :: value(:)
+    character(*), intent(in) :: place, name, value(:)
     type(error_t), intent(inout) :: error
     character(1), allocatable, target :: bytes(:)
     integer :: k, length

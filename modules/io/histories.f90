@@ -24,12 +24,7 @@ module io_histories
     type(text_file_t) :: file
     character(:), allocatable :: path
   contains
-    procedure :: open => open_table
-    procedure :: row
-    procedure :: lines
-    procedure :: is_lost
-    procedure :: sync
-    procedure :: close => close_table
+    procedure :: open => open_table, row, lines, is_lost, sync, close => close_table
   end type table_t
 
   integer, parameter :: max_name = 64          !! length of column names
@@ -45,10 +40,7 @@ module io_histories
     integer :: n = 0
     type(row_column_t), allocatable :: column(:)  !! the first n are used
   contains
-    procedure :: add
-    procedure :: headings
-    procedure :: values
-    procedure :: value
+    procedure :: add, headings, values, value
   end type row_t
 
 contains
@@ -101,8 +93,7 @@ contains
 
   !> Copy header and rows up to `last_time` of the old table, whose last line may be incomplete.
   subroutine keep_rows(path, columns, rows, last_time, cuts_more, text, error)
-    character(*), intent(in) :: path
-    character(*), intent(in) :: columns(:)
+    character(*), intent(in) :: path, columns(:)
     integer(i8), intent(in) :: rows
     real(rp), intent(in) :: last_time
     logical, intent(in) :: cuts_more         !! remove further rows at `last_time`

@@ -25,13 +25,10 @@ module io_plausible
     integer :: n = 0                         !! numbers expected so far
     type(error_t) :: error
   contains
-    procedure :: expect
-    procedure :: pass
+    procedure :: expect, pass
     procedure, private :: pass_real, pass_integer, pass_long
     generic :: pass_one => pass_real, pass_integer, pass_long
-    procedure :: pass_sink
-    procedure :: has_set
-    procedure :: finish
+    procedure :: pass_sink, has_set, finish
   end type numbers_t
 
 contains

@@ -254,8 +254,7 @@ contains
     type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: n, first(nlane)
     real(rp), intent(in) :: x(nlane, 3), w(nlane, 18), g(8, nodes%patch%nn)
-    real(rp), intent(inout) :: rec(8, 4, nlane)
-    real(rp), intent(inout) :: c(nlane, 9)
+    real(rp), intent(inout) :: rec(8, 4, nlane), c(nlane, 9)
     real(rp) :: moment(nlane, 18), square(nlane, 3)
     integer :: a, b, p
 

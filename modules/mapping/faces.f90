@@ -113,8 +113,7 @@ contains
     type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: body, p, nf, first(nlane)
     real(rp), intent(in) :: normal(3)           !! unit vector, out of the other body
-    real(rp), intent(in) :: surface_offset
-    real(rp), intent(in) :: ps(nlane, nf), w(nlane, 18)
+    real(rp), intent(in) :: surface_offset, ps(nlane, nf), w(nlane, 18)
     real(rp) :: at(3, 3), part
     integer :: a, side
 

@@ -35,10 +35,7 @@ module mapping_nodes
     integer, allocatable :: resting_range(:, :)
     real(rp), pointer, contiguous :: rec(:, :, :) => null()  !! (8, 4, nlane) scratch of the kernels
   contains
-    procedure :: allocate_grids
-    procedure :: allocate_scratch
-    procedure :: bytes
-    procedure :: free
+    procedure :: allocate_grids, allocate_scratch, bytes, free
   end type nodes_t
 
   public :: nodes_t

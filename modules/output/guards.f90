@@ -44,9 +44,7 @@ module output_guards
     real(rp) :: ratio = 0.0_rp     !! largest temperature/melting temperature at the last row
     logical, private :: is_reported = .false.
   contains
-    procedure :: check_particles
-    procedure :: json
-    procedure :: update
+    procedure :: check_particles, json, update
   end type melting_t
 
   !> Molten mass and hottest particle or cell of one rank.

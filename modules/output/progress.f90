@@ -27,9 +27,7 @@ module output_progress
     real(rp), private :: first_time = 0.0_rp    !! [s]
     integer(i8), private :: particles = 0       !! on all ranks
   contains
-    procedure :: init
-    procedure :: show_line
-    procedure :: write_summary
+    procedure :: init, show_line, write_summary
   end type progress_t
 
 contains

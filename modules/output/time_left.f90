@@ -23,11 +23,7 @@ module output_time_left
     real(rp), private :: began = 0.0_rp       !! wall-clock time of the start [s]
     real(rp), private :: last_shown = 0.0_rp  !! wall-clock time of the last line [s]
   contains
-    procedure :: init
-    procedure :: add_sample
-    procedure :: seconds
-    procedure :: is_due
-    procedure :: show
+    procedure :: init, add_sample, seconds, is_due, show
   end type time_left_t
 
 contains

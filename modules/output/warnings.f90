@@ -25,8 +25,7 @@ module output_warnings
                         has_sleep = .false., has_debris = .false.
     logical, allocatable, private :: has_validity(:)   !! for each warning of the flow laws
   contains
-    procedure :: check
-    procedure :: log_inertial_stress
+    procedure :: check, log_inertial_stress
   end type warnings_t
 
 contains

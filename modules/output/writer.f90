@@ -34,15 +34,11 @@ module output_writer
     type(progress_t) :: progress
     type(warnings_t), private :: warnings
   contains
-    procedure :: init
-    procedure :: write_due
+    procedure :: init, write_due
     procedure, nopass :: row_or_frame_is_due
-    procedure :: add_frame
-    procedure :: row
+    procedure :: add_frame, row
     procedure, private :: write_tracer_rows
-    procedure :: write_summary
-    procedure :: sync
-    procedure :: close => close_files
+    procedure :: write_summary, sync, close => close_files
   end type writer_t
 
   character(24), parameter, public :: tracer_headings(10) = [character(24) :: 'time[s]', 'group', &

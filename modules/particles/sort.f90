@@ -47,8 +47,7 @@ contains
   !> speed. `keep_none` sorts all.
   subroutine sort_particles(particles, n, slot, node, body, keep, nn, nbody)
     type(particles_t), intent(inout) :: particles
-    integer, intent(in) :: n, keep, nn, nbody
-    integer, intent(in) :: slot(n), node(n), body(n)
+    integer, intent(in) :: n, keep, nn, nbody, slot(n), node(n), body(n)
     integer, allocatable :: class(:), from(:), to(:), per_class(:)
     integer :: blocks, c, i, k, moves, nclass
 

@@ -47,8 +47,7 @@ module particles_store
     integer :: tool_heat = 0        !! contact area times time [m2 s] and heat of the face [J] since
                                     !! the last conduction step, for each tool that absorbs heat
   contains
-    procedure :: add => add_fields
-    procedure :: places
+    procedure :: add => add_fields, places
   end type layout_t
 
   !> Rest states of a particle: awake; mass and frozen force only; inactive (sleep_criteria).
@@ -91,16 +90,7 @@ module particles_store
                                                !! sources
     integer(i8) :: n_awake_particle_steps = 0  !! awake particles summed over the steps of this run
   contains
-    procedure :: init
-    procedure :: free
-    procedure :: reserve
-    procedure :: fit
-    procedure :: change_fields
-    procedure :: fetch
-    procedure :: remove
-    procedure :: velocity
-    procedure :: total
-    procedure :: extent
+    procedure :: init, free, reserve, fit, change_fields, fetch, remove, velocity, total, extent
     procedure :: bytes
   end type particles_t
 

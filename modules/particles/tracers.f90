@@ -28,10 +28,7 @@ module particles_tracers
     integer(i8) :: rows = 0                    !! rows written so far
     integer, allocatable, private :: order(:)  !! positions in the order of their particles
   contains
-    procedure :: add_group
-    procedure :: choose
-    procedure :: set_ids
-    procedure :: collect
+    procedure :: add_group, choose, set_ids, collect
     procedure, private :: first_of
   end type tracers_t
 

@@ -31,8 +31,7 @@ contains
     real(rp) :: f11, f12, f13, f21, f22, f23, f31, f32, f33
     real(rp) :: a11, a12, a13, a21, a22, a23, a31, a32, a33
     real(rp) :: e11, e12, e13, e21, e22, e23, e31, e32, e33
-    real(rp) :: h11, h12, h13, h21, h22, h23, h31, h32, h33
-    real(rp) :: b1, b2, b3, b4, b5, b6, d, m, y
+    real(rp) :: h11, h12, h13, h21, h22, h23, h31, h32, h33, b1, b2, b3, b4, b5, b6, d, m, y
     real(rp), parameter :: c2 = 0.5_rp, c3 = 1.0_rp/6.0_rp, c4 = 1.0_rp/24.0_rp
     integer :: p
 

@@ -40,18 +40,13 @@ module physics_flow_law
     procedure, nopass :: add_keys
     procedure :: read_keys
     procedure, non_overridable :: read_melting
-    procedure, nopass :: has_own_melting
-    procedure, nopass :: annealing_keys
+    procedure, nopass :: has_own_melting, annealing_keys
     procedure :: outputs
     procedure, nopass :: list_warnings
     procedure(prepare_interface), deferred :: prepare
     procedure(stress_interface), deferred :: stress
     procedure, non_overridable :: strength_factor
-    procedure :: advance
-    procedure :: inspect
-    procedure :: anneal
-    procedure :: start
-    procedure :: describe
+    procedure :: advance, inspect, anneal, start, describe
   end type flow_law_t
 
   abstract interface

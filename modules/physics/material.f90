@@ -17,10 +17,7 @@ module physics_material
     real(rp), allocatable :: slope(:)     !! slopes above each temperature, 0 above the last
     real(rp), allocatable :: area(:)      !! integral of the property from 0 K
   contains
-    procedure :: init
-    procedure :: at
-    procedure :: integral
-    procedure :: rise
+    procedure :: init, at, integral, rise
   end type heat_table_t
 
   type :: material_t
@@ -43,23 +40,9 @@ module physics_material
     class(flow_law_t), allocatable :: flow      !! unallocated: elastic only
     integer :: warning(max_warnings) = 0        !! indices of the warnings of its law in the scene
   contains
-    procedure :: set_elastic
-    procedure :: scale_moduli
-    procedure :: poisson
-    procedure :: young
-    procedure :: lambda
-    procedure :: wave_speed
-    procedure :: elastic_energy
-    procedure :: change_volume
-    procedure :: anneals
-    procedure :: conducts
-    procedure :: conductivity_at
-    procedure :: effusivity
-    procedure :: heat_content
-    procedure :: max_diffusivity
-    procedure :: specific_heat_at
-    procedure :: apply_heat
-    procedure :: temperature_rise
+    procedure :: set_elastic, scale_moduli, poisson, young, lambda, wave_speed, elastic_energy
+    procedure :: change_volume, anneals, conducts, conductivity_at, effusivity, heat_content
+    procedure :: max_diffusivity, specific_heat_at, apply_heat, temperature_rise
   end type material_t
 
 contains

@@ -20,11 +20,7 @@ module physics_point
     real(rp) :: sigma = 0.0_rp           !! flow stress at this rate [Pa]
     real(rp), allocatable :: state(:)    !! internal variables
   contains
-    procedure :: init
-    procedure :: strain_to
-    procedure :: strain_adiabatic
-    procedure :: anneal
-    procedure :: outputs
+    procedure :: init, strain_to, strain_adiabatic, anneal, outputs
   end type point_t
 
 contains

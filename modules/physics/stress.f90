@@ -30,8 +30,7 @@ contains
                           n_state, state, sums)
     type(material_t), intent(in) :: material
     integer, intent(in) :: n
-    real(rp), intent(in) :: dt
-    real(rp), intent(in) :: l(nlane, 9), t_node(nlane), mass(nlane)
+    real(rp), intent(in) :: dt, l(nlane, 9), t_node(nlane), mass(nlane)
     real(rp), intent(inout) :: b(nlane, 6), j(nlane), alpha(nlane), temp(nlane)
     real(rp), intent(inout) :: tau(nlane, 6), rate(nlane), flow(nlane)
     integer, intent(in) :: n_state                     !! at least that of the law

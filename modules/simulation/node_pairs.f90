@@ -52,11 +52,7 @@ module simulation_node_pairs
     integer :: n_items = 0               !! bundles with weight at entries, a list for each entry
     integer, allocatable :: item(:, :)   !! (2, n_items) bundle, place of the node in it
   contains
-    procedure :: reset_near
-    procedure :: add_block
-    procedure :: bundle_for
-    procedure :: add_item
-    procedure :: free
+    procedure :: reset_near, add_block, bundle_for, add_item, free
   end type near_t
 
   type :: node_pairs_t
@@ -90,9 +86,7 @@ module simulation_node_pairs
     real(rp), allocatable :: heat(:, :)        !! (2, n) friction heat over mass of both [J/kg]
     type(near_t) :: near
   contains
-    procedure :: reset
-    procedure :: reserve
-    procedure :: place
+    procedure :: reset, reserve, place
   end type node_pairs_t
 
 contains

@@ -37,9 +37,7 @@ module simulation_tool_lists
     integer, allocatable :: field(:)              !! particle fields that are gathered
     real(rp), allocatable :: ps(:, :)             !! (nlane, fields of a particle)
   contains
-    procedure :: init
-    procedure :: add
-    procedure :: pad_lanes
+    procedure :: init, add, pad_lanes
   end type candidates_t
 
   !> A particle that touches the tool, or is near enough for friction.
@@ -123,11 +121,7 @@ module simulation_tool_lists
     logical, allocatable :: is_folded(:, :)               !! (3, n_nodes) components that a mirror
                                                           !! reflects with a change of sign
   contains
-    procedure :: reset
-    procedure :: add_node
-    procedure :: add_particle_in_contact
-    procedure :: prepare
-    procedure :: find_nodes
+    procedure :: reset, add_node, add_particle_in_contact, prepare, find_nodes
   end type tool_contact_t
 
 contains

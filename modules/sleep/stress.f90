@@ -75,8 +75,7 @@ contains
     integer, intent(in) :: n(3)
     real(rp), intent(in) :: v(3, n(1), n(2), n(3))       !! mean velocities [m/s]
     logical, intent(in) :: is_there(n(1), n(2), n(3))    !! cubes with nodes
-    real(rp) :: change(n(1), n(2), n(3))
-    real(rp) :: gradient(3, 3), lambda, rate(3, 3), shear, time
+    real(rp) :: change(n(1), n(2), n(3)), gradient(3, 3), lambda, rate(3, 3), shear, time
     integer :: a, i, j, k, m
 
     shear = maxval(scene%material%g)

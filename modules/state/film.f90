@@ -23,9 +23,7 @@ module state_film
     real(rp) :: ambient = 298.0_rp    !! temperature beyond the film [K]
     logical :: has_backing = .false.  !! beyond the film is a body with its own temperature
   contains
-    procedure :: acts
-    procedure :: varies
-    procedure :: coefficient_at
+    procedure :: acts, varies, coefficient_at
   end type film_t
 
 contains

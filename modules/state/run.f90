@@ -14,8 +14,7 @@ module state_run
   !> checkpoints.
   type :: clock_t
     integer(i8) :: step = 0
-    real(rp) :: time = 0.0_rp
-    real(rp) :: dt = 0.0_rp
+    real(rp) :: time = 0.0_rp, dt = 0.0_rp
     integer(i8) :: sorted_at = -1        !! step of the last sort
     real(rp) :: displacement = 0.0_rp    !! largest particle displacement since the last sort [m]
     real(rp) :: heat_time = 0.0_rp       !! time of the last conduction step [s]

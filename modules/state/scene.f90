@@ -64,10 +64,7 @@ module state_scene
     type(film_t) :: film(6)                       !! heat films on the faces xmin..zmax
     class(field_t), allocatable :: field          !! prescribed motion or temperature
   contains
-    procedure :: is_forced
-    procedure :: is_rigid
-    procedure :: mean_spacing
-    procedure :: longest_diagonal
+    procedure :: is_forced, is_rigid, mean_spacing, longest_diagonal
   end type body_t
 
   !> Criteria of sleeping (sleep_criteria).
@@ -82,8 +79,7 @@ module state_scene
   !> Numerical method.
   type :: method_t
     logical :: is_bspline = .false.
-    integer :: scheme = scheme_usl
-    integer :: transfer = transfer_flip
+    integer :: scheme = scheme_usl, transfer = transfer_flip
     integer :: order = 2               !! order of XPIC and FMPM
     integer :: every = 1               !! steps between two filters (XPIC, FMPM)
     real(rp) :: pic = 0.0_rp           !! PIC fraction
@@ -112,8 +108,7 @@ module state_scene
     logical :: has_mechanics = .true.    !! false: heat conduction alone (heat_alone_loop)
     real(rp) :: fourier = 0.15_rp        !! explicit conduction step over h^2/kappa
   contains
-    procedure :: filters
-    procedure :: filters_in
+    procedure :: filters, filters_in
   end type method_t
 
   !> Output settings; intervals in simulated seconds, 0 means never.
@@ -123,9 +118,7 @@ module state_scene
     character(:), allocatable :: files, folder  !! checksums and folder of the files named by the
                                                 !! input
     character(:), allocatable :: run            !! identity of the run (io_folder)
-    real(rp) :: frame_interval = 0.0_rp
-    real(rp) :: history_interval = 0.0_rp
-    real(rp) :: checkpoint_interval = 0.0_rp
+    real(rp) :: frame_interval = 0.0_rp, history_interval = 0.0_rp, checkpoint_interval = 0.0_rp
     real(rp) :: progress_interval = 10.0_rp   !! wall-clock seconds
     logical :: progress_is_asked = .false.    !! the interval was given in the input
     real(rp) :: safety_interval = 0.0_rp      !! wall-clock seconds
@@ -154,11 +147,7 @@ module state_scene
     real(rp) :: end_time = 0.0_rp
     integer(i8) :: max_steps = 0
   contains
-    procedure :: domain
-    procedure :: has_tractions
-    procedure :: spacing_of
-    procedure :: can_flow
-    procedure :: is_rigid_group
+    procedure :: domain, has_tractions, spacing_of, can_flow, is_rigid_group
   end type scene_t
 
 contains

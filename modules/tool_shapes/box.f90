@@ -14,14 +14,7 @@ module tool_shapes_box
     real(rp) :: half(3) = 0.0_rp       !! half edges [m]
   contains
     procedure, nopass :: add_keys
-    procedure :: read_keys
-    procedure :: check_size
-    procedure :: distance
-    procedure :: distances
-    procedure :: bounds
-    procedure :: sweep
-    procedure :: outline
-    procedure :: surface
+    procedure :: read_keys, check_size, distance, distances, bounds, sweep, outline, surface
   end type box_shape_t
 
 contains

@@ -17,8 +17,7 @@ module tool_shapes_cut_shoulder
     type(shoulder_t) :: plain          !! the same without cuts, which checks the sizes
   contains
     procedure, nopass :: add_keys
-    procedure :: read_keys
-    procedure :: check_size
+    procedure :: read_keys, check_size
   end type cut_shoulder_t
 
 contains

@@ -21,11 +21,7 @@ module tool_shapes_grooves
     real(rp) :: at(max_knots) = 0.0_rp           !! u of the profile corners, from 0 to 1
     real(rp) :: part(max_knots) = 0.0_rp         !! fraction of the depth at the corners
   contains
-    procedure :: set_profile
-    procedure :: key_of
-    procedure :: part_at
-    procedure :: coordinate_of
-    procedure :: part_of
+    procedure :: set_profile, key_of, part_at, coordinate_of, part_of
   end type grooves_t
 
 contains

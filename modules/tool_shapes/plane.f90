@@ -13,11 +13,7 @@ module tool_shapes_plane
   type, extends(shape_t) :: plane_t
   contains
     procedure, nopass :: add_keys
-    procedure :: read_keys
-    procedure :: distance
-    procedure :: distances
-    procedure :: bounds
-    procedure :: sweep
+    procedure :: read_keys, distance, distances, bounds, sweep
   end type plane_t
 
 contains

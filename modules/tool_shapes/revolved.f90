@@ -15,8 +15,7 @@ module tool_shapes_revolved
   !> the right-hand side; corners in m.
   type :: profile_t
     integer :: n = 0
-    real(rp) :: r(max_corners) = 0.0_rp
-    real(rp) :: z(max_corners) = 0.0_rp
+    real(rp) :: r(max_corners) = 0.0_rp, z(max_corners) = 0.0_rp
   contains
     procedure :: corner
   end type profile_t
@@ -24,12 +23,7 @@ module tool_shapes_revolved
   type, abstract, extends(shape_t) :: revolved_t
     type(profile_t) :: profile
   contains
-    procedure :: distance
-    procedure :: distances
-    procedure :: bounds
-    procedure :: sweep
-    procedure :: outline
-    procedure :: surface
+    procedure :: distance, distances, bounds, sweep, outline, surface
   end type revolved_t
 
   real(rp), parameter :: no_corner = 1.0e-200_rp   !! no edge; lengths over it are finite

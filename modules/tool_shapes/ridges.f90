@@ -27,8 +27,7 @@ module tool_shapes_ridges
     real(rp), allocatable :: out(:, :, :)     !! (3, 2, n) outward direction in both facets
     real(rp), allocatable :: sharpness(:)     !! 1 - cos of the edge angle, at most 1
   contains
-    procedure :: overhang
-    procedure :: edge_distance
+    procedure :: overhang, edge_distance
   end type ridges_t
 
 contains

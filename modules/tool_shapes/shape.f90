@@ -28,8 +28,7 @@ module tool_shapes_shape
     procedure :: near_distance
     procedure(bounds_interface), deferred :: bounds
     procedure(sweep_interface), deferred :: sweep
-    procedure :: outline
-    procedure :: surface
+    procedure :: outline, surface
   end type shape_t
 
   abstract interface

@@ -15,8 +15,7 @@ module tool_shapes_shoulder
   type, extends(revolved_t) :: shoulder_t
   contains
     procedure, nopass :: add_keys
-    procedure :: read_keys
-    procedure :: check_size
+    procedure :: read_keys, check_size
   end type shoulder_t
 
 contains

@@ -13,14 +13,7 @@ module tool_shapes_sphere
   type, extends(shape_t) :: sphere_t
   contains
     procedure, nopass :: add_keys
-    procedure :: read_keys
-    procedure :: check_size
-    procedure :: distance
-    procedure :: distances
-    procedure :: bounds
-    procedure :: sweep
-    procedure :: outline
-    procedure :: surface
+    procedure :: read_keys, check_size, distance, distances, bounds, sweep, outline, surface
   end type sphere_t
 
 contains

@@ -18,8 +18,7 @@ module tool_shapes_stl
   type, extends(meshed_t) :: stl_shape_t
   contains
     procedure, nopass :: add_keys
-    procedure :: read_keys
-    procedure :: check_size
+    procedure :: read_keys, check_size
   end type stl_shape_t
 
 contains

@@ -27,8 +27,7 @@ module tool_shapes_stl_file
     integer, allocatable :: line(:)         !! line of each facet; in a binary file its number
     integer :: n_reports = 0
   contains
-    procedure :: add
-    procedure :: report
+    procedure :: add, report
   end type stl_t
 
 contains

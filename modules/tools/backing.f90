@@ -19,9 +19,7 @@ module tools_backing
     real(rp) :: period(2) = 0.0_rp  !! period of the grid along these axes [m]; 0: none
     type(heat_sink_t), allocatable :: column(:)
   contains
-    procedure :: column_at
-    procedure :: max_face_temperature
-    procedure :: content
+    procedure :: column_at, max_face_temperature, content
   end type backing_t
 
 contains

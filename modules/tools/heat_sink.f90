@@ -36,13 +36,7 @@ module tools_heat_sink
     real(rp) :: gained = 0.0_rp, lost = 0.0_rp    !! heat taken from the bodies, heat lost to the
                                                   !! coolant [J]
   contains
-    procedure :: make_rod
-    procedure :: make_lumped
-    procedure :: face_response
-    procedure :: absorb
-    procedure :: content
-    procedure :: state
-    procedure :: set_state
+    procedure :: make_rod, make_lumped, face_response, absorb, content, state, set_state
   end type heat_sink_t
 
 contains

@@ -32,10 +32,7 @@ module tools_law
     real(rp) :: coefficient = 0.0_rp  !! m or delta; 0 for coulomb, whose coefficient is mu
     logical :: shear_limit = .true.   !! coulomb: limited by the shear strength
   contains
-    procedure :: limits
-    procedure :: friction
-    procedure :: uses_mean_pressure
-    procedure :: has_no_shear_limit
+    procedure :: limits, friction, uses_mean_pressure, has_no_shear_limit
   end type friction_law_t
 
   integer, parameter, public :: of_nothing = 0, of_temperature = 1, of_pressure = 2, of_slip = 3

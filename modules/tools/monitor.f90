@@ -26,11 +26,7 @@ module tools_monitor
                                                !! stopped
     real(rp) :: spin = 0.0_rp                  !! spin after the stop [rad/s]
   contains
-    procedure :: update_load
-    procedure :: load
-    procedure :: state => monitor_state
-    procedure :: set_state => set_monitor
-    procedure :: size_of_state
+    procedure :: update_load, load, state => monitor_state, set_state => set_monitor, size_of_state
   end type monitor_t
 
 contains

@@ -27,8 +27,7 @@ module tools_motion
                                              !! +y, continuous by whole turns [rad]
     integer, allocatable :: line(:)          !! line of each point in its file
   contains
-    procedure :: along
-    procedure :: place_at
+    procedure :: along, place_at
   end type path_t
 
   type :: phase_t
@@ -55,12 +54,7 @@ module tools_motion
   type :: motion_t
     type(phase_t), allocatable :: phase(:)
   contains
-    procedure :: at
-    procedure :: face
-    procedure :: phase_at
-    procedure :: force_control_at
-    procedure :: end_phase
-    procedure :: halt
+    procedure :: at, face, phase_at, force_control_at, end_phase, halt
   end type motion_t
 
   type :: drive_t
@@ -81,11 +75,7 @@ module tools_motion
     real(rp) :: phase_start_force = 0.0_rp     !! force at the start of the phase [N]
     real(rp) :: last_impulse(3) = 0.0_rp       !! impulse on the tool before this step [N s]
   contains
-    procedure :: offset
-    procedure :: enter_phase
-    procedure :: integrate
-    procedure :: state
-    procedure :: set_state
+    procedure :: offset, enter_phase, integrate, state, set_state
   end type drive_t
 
 contains

@@ -24,8 +24,7 @@ module tools_pair
 
   !> Contact between two groups of bodies.
   type :: contact_t
-    integer :: group(2) = 0
-    integer :: normal = normal_gradient
+    integer :: group(2) = 0, normal = normal_gradient
     type(pair_law_t) :: law
   end type contact_t
 

@@ -76,24 +76,11 @@ module tools_tool
     real(rp) :: max_face_temperature = 0.0_rp           !! largest face temperature in this step
                                                         !! [K]; 0: no layer shears
   contains
-    procedure :: has_shape
-    procedure :: has_friction
-    procedure :: has_layer
-    procedure :: heat_share
-    procedure :: stirring_radius
-    procedure :: move_to
+    procedure :: has_shape, has_friction, has_layer, heat_share, stirring_radius, move_to
     procedure :: mean_motion
     procedure, private :: facing
-    procedure :: tilt
-    procedure :: move_point
-    procedure :: distance
-    procedure :: clearance
-    procedure :: clearances
-    procedure :: bounds
-    procedure :: store_reference_pose
-    procedure :: displacement
-    procedure :: surface_velocity
-    procedure :: record_impulse
+    procedure :: tilt, move_point, distance, clearance, clearances, bounds, store_reference_pose
+    procedure :: displacement, surface_velocity, record_impulse
   end type tool_t
 
 contains

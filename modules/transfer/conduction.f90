@@ -88,8 +88,7 @@ contains
     real(rp), intent(in) :: conductivity(nlane)              !! [W/(m K)]
     real(rp), intent(in) :: volume                           !! initial volume over mass [m3/kg]
     real(rp), intent(in) :: c_p(nlane)                       !! [J/(kg K)]
-    real(rp), intent(in) :: j(nlane), mass(nlane), temp(nlane)
-    real(rp), intent(in) :: smoothing(nlane), g(8, nn)
+    real(rp), intent(in) :: j(nlane), mass(nlane), temp(nlane), smoothing(nlane), g(8, nn)
     real(rp), intent(inout) :: rec(8, 4, nlane), flux(8, nn)
     type(lanes_t), parameter :: wanted = lanes_t(sloped=4, n_sloped=1, plain=5, n_plain=1)
     real(rp) :: slope(nlane, 3), conducting(nlane, 1), mean(nlane, 1)

@@ -25,8 +25,7 @@ contains
   !> Add the records of `n` particles to the nodes: values by weights, `rec(5:8,2:4,:)` by slopes;
   !> `rec(1:4,2:4,:)` must be 0.
   subroutine p2g_block(n, w, first, rec, stride, nn, g)
-    integer, intent(in) :: n, nn
-    integer, intent(in) :: stride(3), first(nlane)
+    integer, intent(in) :: n, nn, stride(3), first(nlane)
     real(rp), intent(in) :: w(nlane, 18)
     real(rp), intent(in) :: rec(8, 4, nlane)    !! value part; x, y and z slope parts
     real(rp), intent(inout) :: g(8, nn)

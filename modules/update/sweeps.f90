@@ -206,8 +206,7 @@ contains
   !> Update the stress over `dt` with the velocity field `g`, at unchanged positions.
   subroutine update_stress(sim, dt, g, outcome)
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: dt
-    real(rp), intent(in) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
     type(outcome_t), intent(inout) :: outcome
     integer :: b
 
