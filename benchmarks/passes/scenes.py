@@ -73,7 +73,7 @@ def variant(name, kind):
     """Keys of a pass beside those of its input."""
     plate, law = name.rsplit("_", 1)
     keys = EXPERIMENTS[kind][1] if kind in EXPERIMENTS else {}
-    return keys if plate == "aa5005" else LAWS[law][1] | keys
+    return keys | {"METHOD.DEBRIS": "0.05"} if plate == "aa5005" else LAWS[law][1] | keys
 
 
 def cells(name, particles):
