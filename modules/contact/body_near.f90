@@ -110,7 +110,9 @@ contains
       m = run_length(n - p + 1, first(p))
       if (near%bin(first(p), body) >= 0) then
         call near%bundle_for(body, first(p), m, u, l)
-        near%longest(body) = max(near%longest(body), maxval(longest(p:p + m - 1)))
+        near%box(:, u) = [min(near%box(1:3, u), minval(rows(p:p + m - 1, 1:3), 1)), &
+                          max(near%box(4:6, u), maxval(rows(p:p + m - 1, 1:3), 1)), &
+                          max(near%box(7, u), maxval(longest(p:p + m - 1)))]
         call copy_rows(m, l, rows(p, 1), near%bundle(:, :, u))
       end if
       p = p + m

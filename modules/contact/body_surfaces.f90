@@ -7,7 +7,7 @@ module contact_body_surfaces
   use base_kinds, only: rp
   use contact_body_near, only: far_distance, first_stretch, sizes_along
   use grid_geometry, only: patch_t
-  use simulation_node_pairs, only: axis_rows, bundle_lanes, min_weight, n_bundle, n_trials, &
+  use simulation_node_pairs, only: axis_rows, bundle_lanes, min_weight, n_box, n_bundle, n_trials, &
                                    near_t, node_pairs_t, u_weights
   use state_scene, only: scene_t
   implicit none (type, external)
@@ -191,14 +191,15 @@ contains
     real(rp), intent(in) :: n(3), least
     real(rp), intent(out) :: surface(2)
     real(rp), intent(out) :: gap
-    real(rp) :: bound(27, 2), factor(size(scene%body)), nn(6)
-    integer :: pass, side
+    real(rp) :: bound(pairs%item(3, e) - pairs%item(1, e)), factor(size(scene%body)), nn(6)
+    integer :: o, pass, side
 
     nn = [n(1)*n(1), n(2)*n(2), n(3)*n(3), n(1)*n(2), n(2)*n(3), n(1)*n(3)]
     factor = sizes_along(scene, pairs%start, nn)
     surface = no_surface
     passes: do pass = 1, 3
       do side = 1, 2
+        o = pairs%item(side, e) - pairs%item(1, e)
         associate (first => pairs%item(side, e) + 1, last => pairs%item(side + 1, e), &
                    near => pairs%near, outermost => pairs%outermost(side, e))
           if (first > last) cycle
@@ -208,13 +209,14 @@ contains
                                 surface(side))
             if (side == 1) cycle
           else if (pass == 2) then
-            bound(:, side) = bounds(patch, pairs%node(e), (3 - 2*side)*n, &
-                                    longest_of(scene, pairs%pair(e), side, near%longest))
+            bound(o + 1:o + last - first + 1) = bounds(last - first + 1, near%item(:, first:last), &
+                                                       near%n_bundles, near%box, (3 - 2*side)*n, &
+                                                       pairs%x(:, e))
             call extend_by_largest(near, first, last, (3 - 2*side)*n, nn, factor, pairs%x(:, e), &
-                                 bound(:, side), outermost, surface(side))
+                                   bound(o + 1:), outermost, surface(side))
           else
             call extend_by_all(near, first, last, (3 - 2*side)*n, nn, factor, pairs%x(:, e), &
-                             bound(:, side), -least - surface(3 - side), outermost, surface(side))
+                               bound(o + 1:), -least - surface(3 - side), outermost, surface(side))
           end if
         end associate
         if (sum(surface) > -least) exit passes
@@ -224,104 +226,51 @@ contains
     gap = gap_between(surface)
   end subroutine measure
 
-  !> Upper bound of half the length of particles of one body of a contact [m].
-  pure real(rp) function longest_of(scene, contact, side, longest)
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: contact, side
-    real(rp), intent(in) :: longest(:)
-    integer :: b
+  !> Upper bounds of the extent along n from the node at `x` of the particles of items [m].
+  pure function bounds(m, item, n_bundles, box, n, x) result(bound)
+    integer, intent(in) :: m, item(2, m), n_bundles
+    real(rp), intent(in) :: box(n_box, n_bundles), n(3), x(3)
+    real(rp) :: bound(m)
+    integer :: o
 
-    longest_of = 0.0_rp
-    do b = 1, size(longest)
-      if (scene%body(b)%group /= scene%contact(contact)%group(side)) cycle
-      longest_of = max(longest_of, longest(b))
-    end do
-  end function longest_of
-
-  !> Bounds of the extent from node `q` along n of particles with the node at each of the 27 places
-  !> [m]: they are in the cell around the middle one of these.
-  pure function bounds(patch, q, n, longest) result(bound)
-    type(patch_t), intent(in) :: patch
-    integer, intent(in) :: q
-    real(rp), intent(in) :: n(3), longest
-    real(rp) :: bound(27)
-    real(rp), dimension(3, 3) :: along, high, low   ! in the cells below, at and above the node,
-                                                    ! by axis
-    integer :: a, l
-
-    do a = 1, 3
-      call cells_around(patch, q, a, low(:, a), high(:, a))
-      along(:, a) = max(n(a)*low(:, a), n(a)*high(:, a))
-    end do
-    do l = 1, 27                               ! at the first place the middle node is above
-      bound(l) = along(3 - axis_rows(1, l), 1) + along(6 - axis_rows(2, l), 2) &
-                 + along(9 - axis_rows(3, l), 3) + longest
+    do o = 1, m
+      associate (b => box(:, item(1, o)))
+        bound(o) = sum(max((b(1:3) - x)*n, (b(4:6) - x)*n)) + b(7)
+      end associate
     end do
   end function bounds
-
-  !> Ends, relative to node `q`, of the cells around the nodes below, at and above it on axis `a`
-  !> [m].
-  pure subroutine cells_around(patch, q, a, low, high)
-    type(patch_t), intent(in) :: patch
-    integer, intent(in) :: q, a
-    real(rp), intent(out) :: low(3), high(3)
-    real(rp), parameter :: steps(3) = [-1.0_rp, 0.0_rp, 1.0_rp]
-    integer :: ijk(3)
-
-    if (.not. patch%grading(a)%is_graded) then
-      low = (steps - 0.5_rp)*patch%h(a)
-      high = (steps + 0.5_rp)*patch%h(a)
-      return
-    end if
-    ijk = patch%indices(q)
-    associate (i => ijk(a), edge => patch%grading(a)%edge)
-      low = edge(i - 1:i + 1) - patch%grading(a)%middle(i)
-      high = edge(i:i + 2) - patch%grading(a)%middle(i)
-    end associate
-  end subroutine cells_around
 
   !> Extend a surface by the item with the largest bound, if that can move it outwards.
   subroutine extend_by_largest(near, first, last, n, nn, factor, x, bound, outermost, surface)
     type(near_t), intent(in) :: near
     integer, intent(in) :: first, last
-    real(rp), intent(in) :: n(3), nn(6), factor(:), x(3), bound(27)   !! [m]
+    real(rp), intent(in) :: n(3), nn(6), factor(:), x(3), bound(last - first + 1)   !! [m]
     integer, intent(inout) :: outermost
     real(rp), intent(inout) :: surface
     real(rp) :: before
     integer :: o
 
-    o = largest(last - first + 1, near%item(:, first:last), bound) + first - 1
-    if (o == outermost .or. bound(near%item(2, o)) <= surface) return
+    o = maxloc(bound, 1)
+    if (first + o - 1 == outermost .or. bound(o) <= surface) return
+    o = first + o - 1
     before = surface
     call extend_surface(near, o, n, nn, factor, x, surface)
     if (surface > before) outermost = o
   end subroutine extend_by_largest
-
-  !> Item with the largest bound.
-  pure integer function largest(m, item, bound)
-    integer, intent(in) :: m, item(2, m)
-    real(rp), intent(in) :: bound(27)
-    integer :: o
-
-    largest = 1
-    do o = 2, m
-      if (bound(item(2, o)) > bound(item(2, largest))) largest = o
-    end do
-  end function largest
 
   !> Extend a surface by all items from `first` to `last` that can move it outwards, until it is
   !> beyond `enough`.
   subroutine extend_by_all(near, first, last, n, nn, factor, x, bound, enough, outermost, surface)
     type(near_t), intent(in) :: near
     integer, intent(in) :: first, last
-    real(rp), intent(in) :: n(3), nn(6), factor(:), x(3), bound(27), enough   !! [m]
+    real(rp), intent(in) :: n(3), nn(6), factor(:), x(3), bound(last - first + 1), enough   !! [m]
     integer, intent(inout) :: outermost
     real(rp), intent(inout) :: surface
     real(rp) :: before
     integer :: o
 
     do o = first, last
-      if (bound(near%item(2, o)) <= surface) cycle
+      if (bound(o - first + 1) <= surface) cycle
       before = surface
       call extend_surface(near, o, n, nn, factor, x, surface)
       if (surface > before) outermost = o

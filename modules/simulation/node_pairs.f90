@@ -21,7 +21,7 @@ module simulation_node_pairs
   ! weights of the nodes along each axis, slopes of the weights times volume.
   integer, parameter, public :: bundle_lanes = 8
   integer, parameter, public :: u_place = 1, u_size = 4, u_weights = 10, u_slopes = 19, &
-                                n_bundle = 27
+                                n_bundle = 27, n_box = 7
 
   integer :: i_, j_, k_
   !> Rows, behind the first, of the weights (slopes) along x, y, z of each of the 27 nodes.
@@ -42,7 +42,9 @@ module simulation_node_pairs
     real(rp), pointer, contiguous :: bundle(:, :, :) => null()  !! (bundle_lanes, n_bundle,
                                                                 !! n_bundles or more)
     real(rp), pointer, contiguous, private :: memory(:) => null()
-    real(rp), allocatable :: longest(:)  !! (bodies) upper bound of half a particle's length [m]
+    real(rp), allocatable :: box(:, :)   !! (n_box, n_bundles or more) lower and upper corner of the
+                                         !! box around the particle centres of a bundle, upper
+                                         !! bound of half their lengths [m]
     integer :: n_blocks = 0              !! particle blocks that may be near, with heat conduction
     integer, allocatable :: block(:)     !! (n_blocks)
     integer, allocatable :: first(:, :)  !! (nlane, n_blocks) corners of their particles
@@ -103,16 +105,15 @@ contains
       self%bin(self%corner(1:self%n_corners), :) = -1
       self%is_hot(self%corner(1:self%n_corners)) = .false.
     else
-      if (allocated(self%bin)) deallocate (self%bin, self%corner, self%longest, self%heat, &
-                                           self%is_hot)
-      allocate (self%corner(nn), self%longest(bodies))
+      if (allocated(self%bin)) deallocate (self%bin, self%corner, self%heat, self%is_hot)
+      allocate (self%corner(nn))
       allocate (self%bin(nn, bodies), source=-1)
       allocate (self%heat(nn, groups), source=0.0_rp)
       allocate (self%is_hot(nn), source=.false.)
     end if
     if (.not. allocated(self%block)) then
       allocate (self%block(1), self%first(nlane, 1), self%w(nlane, 9, 1), self%before(1), &
-                self%filled(1), self%body(1), self%item(2, 1))
+                self%filled(1), self%body(1), self%box(n_box, 1), self%item(2, 1))
       call allocate_aligned(int(bundle_lanes*n_bundle, i8), self%memory)
       self%bundle(1:bundle_lanes, 1:n_bundle, 1:1) => self%memory
     end if
@@ -120,7 +121,6 @@ contains
     self%n_blocks = 0
     self%n_bundles = 0
     self%n_items = 0
-    self%longest = 0.0_rp
   end subroutine reset_near
 
   !> Append block `b` with the corners and weights of its particles.
@@ -167,7 +167,8 @@ contains
       u = self%n_bundles
       self%body(u) = body
       self%filled(u) = 0
-      self%bundle(:, :, u) = 0.0_rp
+      if (m < bundle_lanes) self%bundle(:, :, u) = 0.0_rp
+      self%box(:, u) = [spread(huge(1.0_rp), 1, 3), spread(-huge(1.0_rp), 1, 3), 0.0_rp]
       self%bin(corner, body) = u
     end if
     l = self%filled(u)
@@ -179,18 +180,22 @@ contains
   subroutine grow_bundles(self)
     type(near_t), intent(inout) :: self
     integer, allocatable :: before(:), filled(:), body(:)
+    real(rp), allocatable :: box(:, :)
 
     associate (n => size(self%before))
       allocate (before(2*n), filled(2*n), body(2*n))
       before(:n) = self%before
       filled(:n) = self%filled
       body(:n) = self%body
+      allocate (box(n_box, 2*n))
+      box(:, :n) = self%box
       call resize_aligned(2_i8*bundle_lanes*n_bundle*n, self%memory)
       self%bundle(1:bundle_lanes, 1:n_bundle, 1:2*n) => self%memory
     end associate
     call move_alloc(before, self%before)
     call move_alloc(filled, self%filled)
     call move_alloc(body, self%body)
+    call move_alloc(box, self%box)
   end subroutine grow_bundles
 
   subroutine free(self)
