@@ -320,7 +320,8 @@ contains
   subroutine measure_clearances(sim, is_sorted_anew)
     type(simulation_t), intent(inout) :: sim
     logical, intent(in) :: is_sorted_anew
-    real(rp) :: d(nlane), least(nlane)
+    real(rp), parameter :: rounding = 1.0_rp + 1.0e-9_rp
+    real(rp) :: cutoff, d(nlane), least(nlane)
     integer :: b, k
 
     if (allocated(sim%particles%clearance)) deallocate (sim%particles%clearance)
@@ -334,7 +335,11 @@ contains
                  body => sim%scene%body(sim%particles%body(b)))
         least = huge(1.0_rp)
         do k = 1, size(sim%tool)
-          call sim%tool(k)%clearances(n, ps(:, f_pos:f_pos + 2), huge(1.0_rp), d)
+          ! No more than the nearest particle and those that may touch need exact distances.
+          call sim%tool(k)%clearances(n, ps(:, f_pos:f_pos + 2), huge(1.0_rp), d, is_bound=.true.)
+          cutoff = sim%tool(k)%clearance(ps(minloc(d(:n), 1), f_pos:f_pos + 2))
+          cutoff = rounding*max(cutoff, body%longest_diagonal())
+          call sim%tool(k)%clearances(n, ps(:, f_pos:f_pos + 2), cutoff, d)
           least(:n) = min(least(:n), d(:n))
           sim%particles%clearance(k, b) = minval(d(:n))
         end do
