@@ -68,7 +68,7 @@ contains
     do e = 1, pairs%n
       if (.not. pairs%is_shared(e)) cycle
       call try_normals(scene, nodes%patch, e, pairs)
-      call measure_shared(scene, nodes%patch, e, pairs)
+      call measure_shared(scene, e, pairs)
     end do
     call sum_entries(world, nodes, pairs, .true., 2*n_trials, pairs%surface)
     do e = 1, pairs%n

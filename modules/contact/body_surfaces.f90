@@ -24,9 +24,8 @@ contains
 
   !> Measure both surfaces along all trial normals of entry `e`, to which other ranks or images
   !> contribute.
-  subroutine measure_shared(scene, patch, e, pairs)
+  subroutine measure_shared(scene, e, pairs)
     type(scene_t), intent(in) :: scene
-    type(patch_t), intent(in) :: patch
     integer, intent(in) :: e
     type(node_pairs_t), intent(inout) :: pairs
     integer :: k
@@ -36,7 +35,7 @@ contains
     pairs%surface(:, :, e) = no_surface           ! all values are sent
     if (.not. pairs%may_touch(e)) return
     do k = 1, n_trials - 1
-      call measure(scene, patch, pairs, e, pairs%trial(:, k, e), no_min_gap, &
+      call measure(scene, pairs, e, pairs%trial(:, k, e), no_min_gap, &
                    pairs%surface(:, k, e), gap)
     end do
   end subroutine measure_shared
@@ -62,7 +61,7 @@ contains
       end do
     else
       pairs%outermost(:, e) = 0
-      call measure_trials(scene, patch, pairs, e, gap_tolerance, gap)
+      call measure_trials(scene, pairs, e, gap_tolerance, gap)
     end if
     chosen = best_of(gap_tolerance, pairs%trial(:, :, e), gap)
     if (chosen == 0) return
@@ -73,9 +72,8 @@ contains
 
   !> Measure the gaps along the trial normals of entry `e`: of the first, and of those that could
   !> replace it; others may get the first's.
-  subroutine measure_trials(scene, patch, pairs, e, gap_tolerance, gap)
+  subroutine measure_trials(scene, pairs, e, gap_tolerance, gap)
     type(scene_t), intent(in) :: scene
-    type(patch_t), intent(in) :: patch
     type(node_pairs_t), intent(inout) :: pairs
     integer, intent(in) :: e
     real(rp), intent(in) :: gap_tolerance             !! [m]
@@ -89,7 +87,7 @@ contains
     gap = no_min_gap
     do k = 1, size(gap)
       if (all(abs(pairs%trial(:, k, e)) <= 0.0_rp)) cycle
-      call measure(scene, patch, pairs, e, pairs%trial(:, k, e), least, pairs%surface(:, k, e), &
+      call measure(scene, pairs, e, pairs%trial(:, k, e), least, pairs%surface(:, k, e), &
                    gap(k))
       if (k == 1) least = gap(1) + gap_tolerance
       is_less(k) = gap(k) <= least .and. k > 1
@@ -98,7 +96,7 @@ contains
       gap(2:) = no_min_gap                        ! the first one is chosen
     else
       do k = 2, size(gap)
-        if (is_less(k)) call measure(scene, patch, pairs, e, pairs%trial(:, k, e), no_min_gap, &
+        if (is_less(k)) call measure(scene, pairs, e, pairs%trial(:, k, e), no_min_gap, &
                                      pairs%surface(:, k, e), gap(k))
       end do
     end if
@@ -136,7 +134,7 @@ contains
       least = no_min_gap
       if (pairs%gap(e) > -far_distance .and. .not. pairs%is_shared(e)) least = pairs%gap(e) &
         - gap_tolerance
-      call measure(scene, patch, pairs, e, pairs%mean(:, e), least, &
+      call measure(scene, pairs, e, pairs%mean(:, e), least, &
                    pairs%surface(:, n_trials, e), gap)
     end do
   end subroutine measure_mean
@@ -183,9 +181,8 @@ contains
   !> Measure how far both bodies of entry `e` extend along `n`, out of the first, and the gap. If
   !> the gap is below `least`, surfaces may be underestimated and the gap overestimated, but not
   !> above `least`. Particles that were outermost before are examined first.
-  subroutine measure(scene, patch, pairs, e, n, least, surface, gap)
+  subroutine measure(scene, pairs, e, n, least, surface, gap)
     type(scene_t), intent(in) :: scene
-    type(patch_t), intent(in) :: patch
     type(node_pairs_t), intent(inout) :: pairs
     integer, intent(in) :: e
     real(rp), intent(in) :: n(3), least
