@@ -6,7 +6,6 @@ module front_material_driver
   use base_kinds, only: i8, nlane, rp
   use base_log, only: say
   use base_system, only: make_directory
-  use base_text, only: str
   use comm_world, only: world_t
   use front_command_line, only: command_t
   use front_help, only: log_sources

@@ -11,7 +11,7 @@
 !>
 !> Along a graded axis cells are spans of any width (grid_grading), and `h` is the smallest.
 module grid_geometry
-  use base_kinds, only: i8, rp
+  use base_kinds, only: rp
   use base_text, only: str
   use grid_box, only: box_t
   use grid_grading, only: grading_t

@@ -2,7 +2,7 @@
 !> Recursive bisection of the grid's nodes into one box a rank, by weight
 !> (Berger & Bokhari 1987, IEEE Trans. Comput. C-36:570).
 module grid_partition
-  use base_kinds, only: i8, rp
+  use base_kinds, only: rp
   use comm_world, only: world_t
   use grid_geometry, only: box_t, grid_t
   implicit none (type, external)

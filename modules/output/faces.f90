@@ -9,8 +9,8 @@ module output_faces
   use simulation_parts, only: simulation_t
   use state_scene, only: scene_t
   use tools_tool, only: n_tool_sums, s_area, s_face_temperature, s_excess_speed, s_friction, &
-                          s_layer_slip, s_layer_work, s_surface_speed, s_surface_slip, &
-                            s_layer_strength, s_layer_thickness, tool_t
+                        s_layer_slip, s_layer_work, s_surface_speed, s_surface_slip, &
+                        s_layer_strength, s_layer_thickness, tool_t
   implicit none (type, external)
   private
 

@@ -12,8 +12,8 @@ module output_history
   use state_run, only: d_elastic, d_heat, d_kinetic, d_mass, e_body, e_film, e_plastic, &
                        e_scaling, e_sleep, e_source, e_wall, e_wall_heat
   use tools_backing, only: backing_t
-  use tools_tool, only: n_tool_sums, s_metal_slip, s_force, s_friction, s_heat, &
-                          s_normal_impulse, s_tool_slip, s_torque, s_work, tool_t
+  use tools_tool, only: n_tool_sums, s_metal_slip, s_force, s_friction, s_heat, s_normal_impulse, &
+                        s_tool_slip, s_torque, s_work, tool_t
   implicit none (type, external)
   private
 

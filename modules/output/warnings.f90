@@ -8,7 +8,7 @@ module output_warnings
   use io_histories, only: row_t
   use output_guards, only: guards_t, melting_t
   use output_microstructure, only: warning_message
-  use particles_store, only: f_bbar, f_jac, f_mass, f_pos
+  use particles_store, only: f_bbar, f_jac, f_pos
   use simulation_parts, only: simulation_t
   implicit none (type, external)
   private

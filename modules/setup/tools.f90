@@ -10,7 +10,7 @@ module setup_tools
   use state_scene, only: body_t
   use tool_shapes_list, only: read_shape
   use tools_law, only: friction_law_t, friction_laws, friction_table_t, law_coulomb, &
-                         law_schmidt_hattel, of_nothing
+                       law_schmidt_hattel, of_nothing
   use tools_tool, only: tool_t
   implicit none (type, external)
   private
