@@ -138,7 +138,7 @@ contains
     character(:), allocatable :: message
 
     call build_heat_scene(world, input, sim%scene, heat)
-    call begin_heat(world, sim%probes, heat, command%restart, error)
+    call begin_heat(sim%probes, heat, command%restart, error)
     if (error%is_set()) then
       status = bad_input
       if (world%is_root()) write (error_unit, '(2a)') 'stirpoint: error: ', error%message
@@ -146,8 +146,8 @@ contains
       call report_heat_scene(world, sim%scene, heat, command%topic == '')
     else if (.not. is_stopped(status)) then
       call open_results(input, sim%scene%output, heat%frame_times, status)
-      if (status == ended_well) call run_heat(world, sim%scene, sim%probes, heat, &
-                                              command%restart /= '', status, message)
+      if (status == ended_well) call run_heat(sim%scene, sim%probes, heat, command%restart /= '', &
+                                              status, message)
       call report_end(sim, status, message)
     end if
   end subroutine simulate_heat

@@ -11,19 +11,25 @@ module flow_laws_johnson_cook
   implicit none (type, external)
   private
 
-  public :: johnson_cook_t, read_softening, softening
+  public :: johnson_cook_t, softening_law_t
 
-  type, extends(flow_law_t) :: johnson_cook_t
-    real(rp) :: a = 0.0_rp, b = 0.0_rp, n = 1.0_rp        !! [Pa], [Pa], [-]
+  !> A law with the rate and temperature factors (1 + C ln(rate/rate0)) (1 - theta^m).
+  type, abstract, extends(flow_law_t) :: softening_law_t
     real(rp) :: c = 0.0_rp, m = 1.0_rp                    !! [-], [-]
     real(rp) :: rate0 = 1.0_rp                            !! [1/s]
-    real(rp) :: max_strain = huge(1.0_rp)                 !! strain at which hardening ends
     real(rp) :: t_room = 298.0_rp, t_melt = huge(1.0_rp)  !! [K]
   contains
-    procedure, nopass :: add_keys
-    procedure :: read_keys
+    procedure, non_overridable :: read_softening
     procedure, nopass :: has_own_melting
-    procedure :: prepare, stress
+    procedure :: prepare
+  end type softening_law_t
+
+  type, extends(softening_law_t) :: johnson_cook_t
+    real(rp) :: a = 0.0_rp, b = 0.0_rp, n = 1.0_rp        !! [Pa], [Pa], [-]
+    real(rp) :: max_strain = huge(1.0_rp)                 !! strain at which hardening ends
+  contains
+    procedure, nopass :: add_keys
+    procedure :: read_keys, stress
   end type johnson_cook_t
 
   real(rp), parameter :: min_strain = 1.0e-9_rp
@@ -64,18 +70,18 @@ contains
     self%rate0 = input%real('MATERIAL', i, 'JC_RATE0')
     self%max_strain = input%real('MATERIAL', i, 'JC_STRAIN_LIMIT')
     if (self%max_strain <= 0.0_rp) self%max_strain = huge(1.0_rp)
-    call read_softening(input, i, self%t_room, self%t_melt)
+    call self%read_softening(input, i)
   end subroutine read_keys
 
   !> Read the temperatures of the `i`-th &MATERIAL between which strength decreases to 0 [K].
-  subroutine read_softening(input, i, t_room, t_melt)
+  subroutine read_softening(self, input, i)
+    class(softening_law_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
-    real(rp), intent(out) :: t_room, t_melt
 
-    t_room = input%real('MATERIAL', i, 'T_ROOM')
-    t_melt = input%real('MATERIAL', i, 'T_MELT')
-    if (t_melt > 0.0_rp .and. t_melt <= t_room) then
+    self%t_room = input%real('MATERIAL', i, 'T_ROOM')
+    self%t_melt = input%real('MATERIAL', i, 'T_MELT')
+    if (self%t_melt > 0.0_rp .and. self%t_melt <= self%t_room) then
       call input%report('MATERIAL', i, 'T_MELT', 'must be above T_ROOM')
     end if
   end subroutine read_softening
@@ -87,7 +93,7 @@ contains
 
   !> work(:,1) = 1 - theta^m.
   subroutine prepare(self, temp, state, work)
-    class(johnson_cook_t), intent(in) :: self
+    class(softening_law_t), intent(in) :: self
     real(rp), intent(in) :: temp(nlane), state(nlane, self%n_state)
     real(rp), intent(out) :: work(nlane, n_work)
 

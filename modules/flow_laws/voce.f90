@@ -9,28 +9,24 @@
 !> theta increases from 0 at T_ROOM to 1 at T_MELT; the rate factor is at least one half.
 module flow_laws_voce
   use base_kinds, only: nlane, rp
-  use flow_laws_johnson_cook, only: read_softening, softening
+  use flow_laws_johnson_cook, only: softening_law_t
   use input_key_table, only: key_table_t
   use input_values, only: input_t
-  use physics_flow_law, only: flow_law_t, n_work
+  use physics_flow_law, only: n_work
   implicit none (type, external)
   private
 
   public :: voce_t
 
-  type, extends(flow_law_t) :: voce_t
+  type, extends(softening_law_t) :: voce_t
     real(rp) :: initial = 0.0_rp, saturation = 0.0_rp         !! [Pa]
     real(rp) :: strain = 1.0_rp                               !! e_0
-    real(rp) :: c = 0.0_rp, m = 1.0_rp, rate0 = 1.0_rp        !! [-], [-], [1/s]
     real(rp) :: steady = 0.0_rp                               !! s_d [Pa]; s_s or more: no
                                                               !! recrystallisation
     real(rp) :: critical = 0.0_rp, width = 1.0_rp, n = 2.0_rp  !! e_c, e_d, n
-    real(rp) :: t_room = 298.0_rp, t_melt = huge(1.0_rp)      !! [K]
   contains
     procedure, nopass :: add_keys
-    procedure :: read_keys
-    procedure, nopass :: has_own_melting
-    procedure :: prepare, stress
+    procedure :: read_keys, stress
   end type voce_t
 
 contains
@@ -75,7 +71,7 @@ contains
     self%critical = input%real('MATERIAL', i, 'DRX_CRITICAL_STRAIN')
     self%width = input%real('MATERIAL', i, 'DRX_STRAIN')
     self%n = input%real('MATERIAL', i, 'DRX_N')
-    call read_softening(input, i, self%t_room, self%t_melt)
+    call self%read_softening(input, i)
     if (self%saturation < self%initial) then
       call input%report('MATERIAL', i, 'VOCE_SATURATION', 'is below VOCE_YIELD')
     end if
@@ -84,20 +80,6 @@ contains
     end if
     if (self%steady <= 0.0_rp) self%steady = self%saturation
   end subroutine read_keys
-
-  !> True, strength decreases from T_ROOM to 0 at T_MELT.
-  pure logical function has_own_melting()
-    has_own_melting = .true.
-  end function has_own_melting
-
-  !> work(:,1) = 1 - theta^m.
-  subroutine prepare(self, temp, state, work)
-    class(voce_t), intent(in) :: self
-    real(rp), intent(in) :: temp(nlane), state(nlane, self%n_state)
-    real(rp), intent(out) :: work(nlane, n_work)
-
-    call softening(self%m, self%t_room, self%t_melt, temp, work(:, 1))
-  end subroutine prepare
 
   subroutine stress(self, work, alpha, x, log_rate, sigma, slope)
     class(voce_t), intent(in) :: self

@@ -3,7 +3,6 @@
 module heat_alone_checkpoint
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
-  use comm_world, only: world_t
   use heat_alone_state, only: heat_run_t
   use heat_solvers_integrator, only: n_kept
   use heat_solvers_rates, only: n_books
@@ -29,8 +28,7 @@ contains
   end function heat_checkpoint_path
 
   !> Write the state between two steps to heat_checkpoint_path.
-  subroutine save_heat(world, scene, run, error)
-    type(world_t), intent(in) :: world
+  subroutine save_heat(scene, run, error)
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(inout) :: run
     type(error_t), intent(inout) :: error
@@ -43,12 +41,14 @@ contains
     allocate (memory(n, n_kept))
     call run%integrator%pack_memory(run%heat, memory, numbers)
     associate (integrator => run%integrator)
-      call write_heat_checkpoint(world, heat_checkpoint_path(scene%output), &
-        by_planes(run, reshape([run%heat%theta(1:n), memory], [n, 1 + n_kept])), &
-        [run%time, integrator%next, real(integrator%steps, rp), real(integrator%rejected, rp), &
-         integrator%books, run%content0, run%row_time, integrator%last, run%row_books, &
-         real(run%rows, rp), real(size(run%frame_times), rp), run%frame_times, numbers], &
-        notes, error)
+      call write_heat_checkpoint(run%heat%world, heat_checkpoint_path(scene%output), &
+                                 by_planes(run, reshape([run%heat%theta(1:n), memory], &
+                                                        [n, 1 + n_kept])), &
+                                 [run%time, integrator%next, real(integrator%steps, rp), &
+                                  real(integrator%rejected, rp), integrator%books, run%content0, &
+                                  run%row_time, integrator%last, run%row_books, &
+                                  real(run%rows, rp), real(size(run%frame_times), rp), &
+                                  run%frame_times, numbers], notes, error)
     end associate
   end subroutine save_heat
 
@@ -64,8 +64,7 @@ contains
   end function by_planes
 
   !> Read the state of a run, whose scene is set up, from a checkpoint.
-  subroutine resume_heat(world, path, run, error)
-    type(world_t), intent(in) :: world
+  subroutine resume_heat(path, run, error)
     character(*), intent(in) :: path
     type(heat_run_t), intent(inout) :: run
     type(error_t), intent(inout) :: error
@@ -76,7 +75,7 @@ contains
 
     associate (mesh => run%heat%mesh, n => run%heat%size())
       allocate (planes(mesh%np*(1 + n_kept), mesh%nx), source=0.0_rp)
-      call read_heat_checkpoint(world, path, mesh%lo - 1, planes, of_run%value, error)
+      call read_heat_checkpoint(run%heat%world, path, mesh%lo - 1, planes, of_run%value, error)
       if (error%is_set()) return
       of_run%place = path//': /global'
       call check_numbers(of_run)
@@ -93,7 +92,7 @@ contains
       else if (any(run%heat%property%temperature_at(fields(:, 1)) < least)) then
         wrong = 'a temperature that is not above 0 K'
       end if
-      call world%share_message(wrong, message)
+      call run%heat%world%share_message(wrong, message)
       if (message /= '') call error%raise(path//': /heat/state: '//message)
       if (error%is_set()) return
     end associate

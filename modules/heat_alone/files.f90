@@ -8,7 +8,6 @@ module heat_alone_files
   use base_system, only: peak_memory
   use base_text, only: str
   use base_timers, only: cpu_seconds, wall_time
-  use comm_world, only: world_t
   use heat_alone_checkpoint, only: save_heat
   use heat_alone_state, only: heat_run_t, read_probes, sample_cells
   use heat_solvers_linear, only: by_cg, euler, method_names, rkl2, solver_names
@@ -48,9 +47,8 @@ module heat_alone_files
 contains
 
   !> Open the tables; a resumed run appends to the existing ones.
-  subroutine init(self, world, scene, names, run, is_resumed, error)
+  subroutine init(self, scene, names, run, is_resumed, error)
     class(heat_writer_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     character(*), intent(in) :: names(:)      !! names of the probes
     type(heat_run_t), intent(inout) :: run
@@ -69,15 +67,16 @@ contains
     rows = merge(run%rows, -1_i8, is_resumed)
     stem = scene%output%directory//'/'//scene%output%name
     allocate (self%probe, source=names)
-    call make_heat_row(world, run, names, columns, probes)
-    call self%history%open(world, stem//'_history.csv', scene%title, columns%headings(), rows, &
-                           run%row_time, error)
+    call make_heat_row(run, names, columns, probes)
+    call self%history%open(run%heat%world, stem//'_history.csv', scene%title, columns%headings(), &
+                           rows, run%row_time, error)
     if (size(names) > 0) then
-      call self%probes%open(world, stem//'_probes.csv', scene%title, probes%headings(), rows, &
-                            run%row_time, error)
+      call self%probes%open(run%heat%world, stem//'_probes.csv', scene%title, probes%headings(), &
+                            rows, run%row_time, error)
     end if
     if (.not. is_resumed) return
-    call write_series(world, scene%output%directory, scene%output%name, run%frame_times, error)
+    call write_series(run%heat%world, scene%output%directory, scene%output%name, run%frame_times, &
+                      error)
     self%saved_step = run%integrator%steps
     call set_times(self, scene%output, run%time)
   end subroutine init
@@ -104,9 +103,8 @@ contains
   !> Write the output due at the current time, rows before a checkpoint, which stores their number.
   !> At the end of a run write a checkpoint, then a row and a frame, which a restart drops if they
   !> were not due.
-  subroutine write_due(self, world, scene, run, last, is_safety_due, error)
+  subroutine write_due(self, scene, run, last, is_safety_due, error)
     class(heat_writer_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(inout) :: run
     logical, intent(in) :: last, is_safety_due
@@ -115,35 +113,34 @@ contains
     logical :: is_due
 
     now = run%time*(1.0_rp + 1.0e-12_rp)
-    if (now >= self%next_row .and. run%row_time < run%time) call row(self, world, scene, run)
-    if (now >= self%next_frame) call add_frame(world, scene, run, error)
+    if (now >= self%next_row .and. run%row_time < run%time) call row(self, scene, run)
+    if (now >= self%next_frame) call add_frame(scene, run, error)
     is_due = (last .or. is_safety_due .or. now >= self%next_checkpoint) .and. &
              self%saved_step < run%integrator%steps
     if (is_due) then
       self%saved_step = run%integrator%steps
       call self%sync()
-      if (world%all_true(.not. run%lost_row)) call save_heat(world, scene, run, error)
+      if (run%heat%world%all_true(.not. run%lost_row)) call save_heat(scene, run, error)
       self%secured = wall_time()
     end if
     call set_times(self, scene%output, run%time)
     if (.not. last) return
-    if (run%row_time < run%time) call row(self, world, scene, run)
-    call add_frame(world, scene, run, error)
+    if (run%row_time < run%time) call row(self, scene, run)
+    call add_frame(scene, run, error)
   end subroutine write_due
 
   !> Write a row of the history and of the probes.
-  subroutine row(self, world, scene, run)
+  subroutine row(self, scene, run)
     class(heat_writer_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(inout) :: run
     type(row_t) :: columns, probes
 
-    call make_heat_row(world, run, self%probe, columns, probes)
+    call make_heat_row(run, self%probe, columns, probes)
     call self%history%row(columns%values())
     if (size(self%probe) > 0) call self%probes%row(probes%values())
     if (any(scene%material%t_melt < huge(1.0_rp))) then
-      call self%melting%update(world, scene, sample_cells(scene, run), run%time)
+      call self%melting%update(run%heat%world, scene, sample_cells(scene, run), run%time)
     end if
     run%row_time = run%time
     run%row_books = run%integrator%books
@@ -152,8 +149,7 @@ contains
   end subroutine row
 
   !> Collective. Values of a row of the history and of the probes.
-  subroutine make_heat_row(world, run, names, columns, probes)
-    type(world_t), intent(in) :: world
+  subroutine make_heat_row(run, names, columns, probes)
     type(heat_run_t), intent(in) :: run
     character(*), intent(in) :: names(:)      !! names of the probes
     type(row_t), intent(out) :: columns, probes
@@ -168,8 +164,8 @@ contains
       sums = [heat%content(heat%theta, 0.0_rp), sum(capacity*t), sum(capacity)]
       largest = maxval([0.0_rp, pack(t, capacity > 0.0_rp)])
     end associate
-    call world%sum(sums)
-    call world%max(largest)
+    call run%heat%world%sum(sums)
+    call run%heat%world%max(largest)
     in = run%integrator%books(b_source)
     out = run%integrator%books(b_film)
     error = sums(1) - run%content0 - in + out
@@ -189,7 +185,7 @@ contains
     call columns%add('temperature_mean', 'K', sums(2)/sums(3))
     call columns%add('source_power', 'W', power(b_source))
     call columns%add('film_power', 'W', power(b_film))
-    call read_probes(world, run, read)
+    call read_probes(run%heat%world, run, read)
     call probes%add('time', 's', run%time)
     do n = 1, size(names)
       call probes%add(names(n), 'K', read(n))
@@ -197,8 +193,7 @@ contains
   end subroutine make_heat_row
 
   !> Collective. Write a frame with the cells of the solid as points, and update the index file.
-  subroutine add_frame(world, scene, run, error)
-    type(world_t), intent(in) :: world
+  subroutine add_frame(scene, run, error)
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(inout) :: run
     type(error_t), intent(inout) :: error
@@ -216,26 +211,25 @@ contains
         x(:, c) = real(mesh%centre(cells(c)), sp)
         t(c) = real(heat%property%temperature_at(heat%theta(cells(c))), sp)
       end do
-      call write_heat_frame(world, output%directory//'/'// &
+      call write_heat_frame(run%heat%world, output%directory//'/'// &
                             frame_name(output%name, size(run%frame_times)), run%time, &
                             int(run%integrator%steps), scene%grid%h, scene%body%name, x, t, &
                             mesh%body(cells), output%input_text, error)
       if (error%is_set()) return
       run%frame_times = [run%frame_times, run%time]
-      call write_series(world, output%directory, output%name, run%frame_times, error)
+      call write_series(run%heat%world, output%directory, output%name, run%frame_times, error)
     end associate
   end subroutine add_frame
 
   !> Show a progress line with percent, remaining time and simulated time, if it is due.
-  subroutine show_progress_line(self, world, scene, run)
+  subroutine show_progress_line(self, scene, run)
     class(heat_writer_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(in) :: run
     real(rp) :: at, share
     integer :: width
 
-    if (.not. world%is_root() .or. scene%output%is_quiet) return
+    if (.not. run%heat%world%is_root() .or. scene%output%is_quiet) return
     share = (run%time - self%first_time)/max(scene%end_time - self%first_time, tiny(1.0_rp))
     if (.not. self%left%is_due(share, at, width)) return
     call self%left%show(percent(run%time/scene%end_time)//' %  left '// &
@@ -244,9 +238,8 @@ contains
   end subroutine show_progress_line
 
   !> Collective. Log the cost of the run and write NAME_summary.json.
-  subroutine write_summary(self, world, scene, run, error)
+  subroutine write_summary(self, scene, run, error)
     class(heat_writer_t), intent(in) :: self
-    type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(in) :: run
     type(error_t), intent(inout) :: error
@@ -255,8 +248,8 @@ contains
 
     wall = max(wall_time() - self%started, 1.0e-9_rp)
     cost = [cpu_seconds() - self%cpu_started, peak_memory()]
-    call world%sum(cost)
-    if (.not. world%is_root()) return
+    call run%heat%world%sum(cost)
+    if (.not. run%heat%world%is_root()) return
     solver = 'none'
     if (run%integrator%method /= rkl2 .and. run%integrator%method /= euler) then
       solver = trim(solver_names(max(by_cg, run%integrator%implicit%solver)))
@@ -270,14 +263,14 @@ contains
                      '  "solver": "'//solver//'",'//nl//'  "linear_solves": '// &
                      str(run%integrator%implicit%linear%solves)//','//nl// &
                      '  "linear_iterations": '//str(run%integrator%implicit%linear%iterations)// &
-                     ','//nl//'  "ranks": '//str(world%size)//','//nl//'  "wall_seconds": '// &
-                     str(wall)//','//nl//'  "cpu_seconds": '//str(cost(1))//','//nl// &
-                     '  "peak_memory_bytes": '//str(nint(cost(2), i8))//nl//'}'//nl, error)
+                     ','//nl//'  "ranks": '//str(run%heat%world%size)//','//nl// &
+                     '  "wall_seconds": '//str(wall)//','//nl//'  "cpu_seconds": '//str(cost(1))// &
+                     ','//nl//'  "peak_memory_bytes": '//str(nint(cost(2), i8))//nl//'}'//nl, error)
     if (.not. scene%output%is_quiet) then
       call say(str(run%integrator%steps - self%first_step)//' steps ('// &
                trim(method_names(run%integrator%method))//', '//str(run%heat%evaluations)// &
                ' evaluations) of '//str(run%cells)//' cells in '//str(wall)//' s on '// &
-               str(world%size)//' rank(s)')
+               str(run%heat%world%size)//' rank(s)')
     end if
   end subroutine write_summary
 

@@ -8,7 +8,6 @@ module heat_alone_loop
   use base_system, only: note_step, stop_signal
   use base_text, only: str
   use base_timers, only: wall_time
-  use comm_world, only: world_t
   use heat_alone_checkpoint, only: heat_checkpoint_path, resume_heat, save_heat
   use heat_alone_files, only: heat_writer_t
   use heat_alone_state, only: heat_run_t, place_probes
@@ -23,8 +22,7 @@ module heat_alone_loop
 contains
 
   !> Collective. Initialize probes, heat sums and state, or read them from a checkpoint.
-  subroutine begin_heat(world, probes, run, restart, error)
-    type(world_t), intent(in) :: world
+  subroutine begin_heat(probes, run, restart, error)
     type(probes_t), intent(in) :: probes
     type(heat_run_t), intent(inout) :: run
     character(*), intent(in) :: restart          !! file of the checkpoint; '' for a new run
@@ -32,22 +30,21 @@ contains
     real(rp) :: content(1)
 
     run%cells = count(run%heat%mesh%capacity > 0.0_rp, kind=i8)
-    call world%sum(run%cells)
-    call place_probes(world, probes%x, run)
+    call run%heat%world%sum(run%cells)
+    call place_probes(run%heat%world, probes%x, run)
     allocate (run%frame_times(0))
     content = run%heat%content(run%heat%theta, 0.0_rp)
-    call world%sum(content)
+    call run%heat%world%sum(content)
     run%content0 = content(1)
     if (restart == '') then
       call run%integrator%start(run%heat)
     else
-      call resume_heat(world, restart, run, error)
+      call resume_heat(restart, run, error)
     end if
   end subroutine begin_heat
 
   !> Collective. Run to the end, or until a signal, an error or a non-finite state stops the run.
-  subroutine run_heat(world, scene, probes, run, is_resumed, status, message)
-    type(world_t), intent(in) :: world
+  subroutine run_heat(scene, probes, run, is_resumed, status, message)
     type(scene_t), intent(in) :: scene
     type(probes_t), intent(in) :: probes
     type(heat_run_t), intent(inout) :: run
@@ -61,27 +58,27 @@ contains
     status = ended_well
     message = ''
     is_lost = .false.
-    call writer%init(world, scene, probes%name, run, is_resumed, error)
-    if (.not. is_resumed) call writer%write_due(world, scene, run, .false., .false., error)
+    call writer%init(scene, probes%name, run, is_resumed, error)
+    if (.not. is_resumed) call writer%write_due(scene, run, .false., .false., error)
     do while (.not. is_finished(scene, run) .and. .not. error%is_set())
       call note_step(run%integrator%steps)
       call run%integrator%advance(run%heat, run%time, &
                                   min(scene%end_time, writer%next_event(), next_switch(run)))
-      call check_state(world, scene, run, writer, is_safety_due, is_lost, status, message)
+      call check_state(scene, run, writer, is_safety_due, is_lost, status, message)
       if (status == ended_broken .or. is_lost) exit
-      call writer%write_due(world, scene, run, is_finished(scene, run), is_safety_due, error)
-      call writer%show_progress_line(world, scene, run)
+      call writer%write_due(scene, run, is_finished(scene, run), is_safety_due, error)
+      call writer%show_progress_line(scene, run)
       if (status /= ended_well) exit
     end do
     if (status == ended_well .and. .not. (is_lost .or. error%is_set())) then
-      call writer%write_due(world, scene, run, .true., .false., error)
-      call warn_of_idle_sources(world, run)
+      call writer%write_due(scene, run, .true., .false., error)
+      call warn_of_idle_sources(run)
     else if ((status == ended_by_signal .or. run%integrator%is_stuck) .and. .not. is_lost) then
       call writer%sync()
-      call save_heat(world, scene, run, error)
+      call save_heat(scene, run, error)
       message = message//'; checkpoint '//heat_checkpoint_path(scene%output)
     end if
-    call writer%write_summary(world, scene, run, error)
+    call writer%write_summary(scene, run, error)
     call writer%close(error)
     call note_step(-1_i8)
     if (error%is_set()) then
@@ -115,9 +112,7 @@ contains
 
   !> Collective. Check for signals, a checkpoint due by wall-clock time, a non-finite state and lost
   !> output.
-  subroutine check_state(world, scene, run, writer, is_safety_due, is_lost, status, &
-                         message)
-    type(world_t), intent(in) :: world
+  subroutine check_state(scene, run, writer, is_safety_due, is_lost, status, message)
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(in) :: run
     type(heat_writer_t), intent(in) :: writer
@@ -133,7 +128,7 @@ contains
       wall_time() - writer%secured > scene%output%safety_interval)
     is_finite = ieee_is_finite(sum(run%heat%theta(1:run%heat%size())))
     if (.not. is_finite) flags(3) = 1.0_rp
-    call world%max(flags)
+    call run%heat%world%max(flags)
     is_safety_due = flags(2) > 0.0_rp
     is_lost = flags(4) > 0.0_rp
     if (run%integrator%is_stuck .and. .not. flags(3) > 0.0_rp) then
@@ -149,7 +144,7 @@ contains
       status = ended_broken
       local_message = ''
       if (.not. is_finite) local_message = describe_non_finite(scene, run)
-      call world%share_message(local_message, message)
+      call run%heat%world%share_message(local_message, message)
       message = message//' (step '//str(run%integrator%steps)//', t = '//str(run%time)//' s)'
     else if (flags(1) > 0.0_rp) then
       status = ended_by_signal
@@ -180,11 +175,10 @@ contains
   end function describe_non_finite
 
   !> Warn of sources that gave no heat during the run, as they were outside the bodies.
-  subroutine warn_of_idle_sources(world, run)
-    type(world_t), intent(in) :: world
+  subroutine warn_of_idle_sources(run)
     type(heat_run_t), intent(in) :: run
 
-    if (size(run%heat%source) == 0 .or. .not. world%is_root()) return
+    if (size(run%heat%source) == 0 .or. .not. run%heat%world%is_root()) return
     if (all(abs(run%integrator%books) <= 0.0_rp)) then
       call say('warning: no &SOURCE has given any heat: do they touch a surface that looks up?')
     end if
