@@ -7,7 +7,7 @@
 
 The rule (docs/welds.md): library metal of welds, a tool of hot work steel with friction of 0.4 times the pressure up to the metal's shear
 strength, a steel backing plate behind a film of 1000 W/(m2 K) and 50 more for each MPa, the sheet held on it, sheet without end
-beyond the sides, the rim of the face 0.2 mm below the surface or half the metal below the pin. Cells: a third of the thickness up to 4 mm, else a
+beyond the sides, the centre of the face 0.2 mm below the surface or half the metal below the rim of the tip. Cells: a third of the thickness up to 4 mm, else a
 quarter. Results are means of the last second. A variant has other cells or another mass scaling, for the numerical error;
 --set changes one thing of the rule.
 --page draws docs/pictures/welds.png from results.jsonl and prints what is off. docs/welds.md names the sources; what is reported stands
@@ -80,8 +80,10 @@ def text_of(name, variant):
     h = w["thickness"] / (3 if w["thickness"] <= 4.0 else 4) * cells
     radius = w["shoulder"] / 2
     size_x, size_y = 5.0 * radius, 4.5 * radius
-    start, above = 1.8 * radius, max(0.1, w["pin"] / 2 * np.sin(np.radians(w["tilt"])))    # the tilted tip starts outside
-    rim = min(0.2, 0.5 * (w["thickness"] - w["length"]))    # below the surface
+    tilt = np.radians(w["tilt"])
+    lowers = w["pin"] / 2 * np.sin(tilt)    # by the tilt the rim of the tip is lower than its centre
+    start, above = 1.8 * radius, max(0.1, lowers + 0.05)
+    rim = min(0.2, 0.5 * (w["thickness"] - w["length"] * np.cos(tilt) - lowers))    # below the surface
     plunge = w["length"] + above + rim
     dwell = 1.0
     travel = radius / w["speed"]

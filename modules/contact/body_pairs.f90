@@ -13,7 +13,8 @@ module contact_body_pairs
   use simulation_parts, only: boundary_t
   use state_run, only: budget_t, clock_t, e_contact, e_friction, e_normal_loss
   use state_scene, only: scene_t, scheme_usavg
-  use tools_pair, only: is_apart, is_stuck, pair_impulse, pair_loss, moves_as_one
+  use tools_pair, only: is_apart, is_stuck, law_coulomb, moves_as_one, pair_impulse, pair_law_t, &
+                        pair_loss
   use tools_tool, only: s_metal_slip, s_force, s_friction, s_normal_loss, s_normal_impulse, &
                         s_tool_slip, s_to_plate, s_torque, s_work, tool_t
   implicit none (type, external)
@@ -186,7 +187,8 @@ contains
     end associate
   end subroutine resolve_pair
 
-  !> Impulse on the first body at entry `e`, and the state of the entry.
+  !> Impulse on the first body at entry `e`, and the state of the entry. Coulomb friction ends where
+  !> a body is molten.
   subroutine find_impulse(scene, nodes, pairs, e, dt, surplus, inverse, g, impulse)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
@@ -195,6 +197,7 @@ contains
     real(rp), intent(in) :: dt, surplus, inverse(2), g(8, 2)
     real(rp), intent(out) :: impulse(3)
     real(rp) :: v(3, 2), before(3), gap, h
+    type(pair_law_t) :: law
 
     v = g(1:3, :)
     v(:, 2) = v(:, 1) + pairs%free(:, e)*(v(:, 2) - v(:, 1))
@@ -213,7 +216,9 @@ contains
       else if (gap > h .or. all(abs(pairs%normal(:, e)) <= 0.0_rp)) then
         pairs%state(e) = is_apart              ! too far for contact within a step
       else
-        call pair_impulse(contact%law, dt, gap, slack*h, &
+        law = contact%law
+        if (law%kind == law_coulomb .and. any(g(4, :) >= contact%melts_at)) law%friction = 0.0_rp
+        call pair_impulse(law, dt, gap, slack*h, &
                           merge(0.0_rp, surplus, any(inverse <= 0.0_rp)), &
                           pairs%normal(:, e), inverse, v, impulse, pairs%state(e))
       end if

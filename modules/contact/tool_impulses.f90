@@ -248,6 +248,7 @@ contains
           else
             t%coulomb_impulse = t%coulomb_impulse + t%mu*t%normal_impulse
           end if
+          if (t%max_friction <= molten_limit) t%coulomb_impulse = 0.0_rp
           values(v_coulomb) = t%coulomb_impulse
           values(v_max_friction) = t%max_friction
           values(v_transition) = t%transition

@@ -20,7 +20,7 @@ module contact_tool_limits
   use base_kinds, only: nlane, pi, rp
   use grid_geometry, only: length_along
   use mapping_faces, only: place_on_axis, scale_by_spans
-  use particles_store, only: f_jac, f_plastic, f_pos, f_rate, f_tau, f_temp
+  use particles_store, only: f_heat, f_jac, f_mass, f_plastic, f_pos, f_rate, f_tau, f_temp
   use physics_material, only: material_t
   use physics_stress, only: flow_strength
   use simulation_parts, only: simulation_t
@@ -32,7 +32,7 @@ module contact_tool_limits
   implicit none (type, external)
   private
 
-  public :: cut_at_edges, extent, covered_fraction_of
+  public :: cut_at_edges, covered_fraction_of
   public :: find_shear_layer, limit_impulses, shear_layer_t, reduce_layer_rate
 
   !> Shear layers of the particles of a block.
@@ -49,7 +49,7 @@ module contact_tool_limits
   real(rp), parameter :: min_rise = 1.0_rp                  !! smallest increment of the temperature
                                                             !! derivative [K]
   real(rp), parameter :: min_softening = 1.0e-4_rp          !! x tanh x of a non-uniform layer
-  real(rp), parameter :: no_limit = 1.0e30_rp               !! impulse bound of elastic material
+  real(rp), parameter, public :: no_limit = 1.0e30_rp       !! impulse bound of elastic material
                                                             !! [N s]
   real(rp), parameter, public :: molten_limit = 1.0e-30_rp  !! impulse bound of molten metal [N s]
   real(rp), parameter :: min_sensitivity = 1.0e-3_rp        !! bound of d ln(stress)/d ln(rate)
@@ -57,18 +57,6 @@ module contact_tool_limits
                                                             !! shear strength
 
 contains
-
-  !> Extent of a particle along the normal of a tool [m]. A surface touches the ellipsoid of the
-  !> particle at its outermost point along the normal, an edge (`edge_distance` is not positive)
-  !> where the normal intersects it.
-  pure real(rp) function extent(spacing, normal, edge_distance)
-    real(rp), intent(in) :: spacing(3)                !! axes of the ellipsoid [m]
-    real(rp), intent(in) :: normal(3), edge_distance  !! unit vector, distance to the edge [m]
-
-    extent = norm2(normal*spacing)
-    if (edge_distance > 0.0_rp .or. all(abs(spacing - spacing(1)) <= 0.0_rp)) return
-    extent = 1.0_rp/norm2(normal/spacing)
-  end function extent
 
   !> Fraction of the weight function of a particle at `x` that the tool covers, at `edge_distance`
   !> from the next edge: lengths count in cells, in the direction of the edge.
@@ -200,7 +188,7 @@ contains
   end subroutine limit_impulses
 
   !> Limit the impulses of each touching particle by the strength of the material: along the surface
-  !> by the friction law (zero when molten), and normal to it at edges.
+  !> by the friction law, and normal to it at edges. Friction heats no further than to melting.
   subroutine limit_by_strength(scene, law, coefficient, dt, near, n, place, particle)
     type(scene_t), intent(in) :: scene
     type(friction_law_t), intent(in) :: law
@@ -208,8 +196,9 @@ contains
     real(rp), intent(in) :: coefficient(n), dt
     type(candidates_t), intent(in) :: near
     type(contact_particle_t), intent(inout) :: particle(n)
-    real(rp) :: depth(nlane), face, shear, v(nlane)
+    real(rp) :: depth(nlane), face, melting_heat(nlane), shear, v(nlane)
     type(shear_layer_t) :: layer
+    logical :: is_unlimited
     integer :: i
 
     associate (body => scene%body(near%body), layout => scene%layout)
@@ -223,6 +212,9 @@ contains
       call find_shear_layer(scene%material(body%material), near%n, near%ps(:, f_plastic), &
                             near%ps(:, f_temp), layout%n_law, &
                             near%ps(:, layout%law:layout%law + layout%n_law - 1), depth, v, layer)
+      melting_heat = no_limit
+      if (scene%method%conducts) melting_heat = near%ps(:, f_mass)*scene%material(body%material)% &
+        heat_to_melt(near%ps(:, f_temp)) - near%ps(:, f_heat)
       do i = 1, n
         associate (t => particle(i), strength => layer%stress(place(i)))
           face = product(t%spacing)/norm2(t%normal*t%spacing)
@@ -232,9 +224,13 @@ contains
           shear = t%covered_fraction*shear
           call law%limits(coefficient(i), max(molten_limit, shear), t%mu, t%max_friction, &
                           t%transition)
+          is_unlimited = law%has_no_shear_limit() .and. shear > 0.0_rp
+          if (is_unlimited) t%max_friction = no_limit
+          t%max_friction = min(t%max_friction, melting_heat(place(i))/max(1.0_rp/no_limit, &
+                                                                          norm2(t%slip)))
           t%max_friction = max(molten_limit, t%max_friction)  ! in contact without friction
-          if (law%has_no_shear_limit() .and. shear > 0.0_rp) t%max_friction = no_limit
-          if (t%max_friction >= no_limit .or. shear <= 0.0_rp) cycle
+          t%transition = min(t%transition, t%max_friction)
+          if (is_unlimited .or. shear <= 0.0_rp) cycle
           t%layer_depth = depth(place(i))
           t%face_area = t%covered_fraction*face
           t%softening = layer%softening(place(i))

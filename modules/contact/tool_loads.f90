@@ -4,7 +4,7 @@
 !> the state of the flow law follows.
 module contact_tool_loads
   use base_kinds, only: nlane, rp
-  use contact_tool_limits, only: reduce_layer_rate
+  use contact_tool_limits, only: no_limit, reduce_layer_rate
   use mapping_nodes, only: nodes_t
   use particles_store, only: f_heat, f_plastic, f_pos, f_temp, particles_t
   use physics_flow_law, only: n_work
@@ -86,10 +86,11 @@ contains
     end do
   end subroutine give_heat
 
-  !> Work of friction of a particle [J]: its share of the nodal work, by its part of the limit of
-  !> friction there, the strength of metal or the Coulomb friction. Shares by the stick impulse
-  !> would give molten metal as much heat as solid metal beside it. Across mirrors, shares by the
-  !> stick impulse are used: the nodes there do not have the sum of the stick impulses.
+  !> Work of friction of a particle [J]: its share of the nodal work, by its part of the strength of
+  !> the metal there, or of the Coulomb friction where no strength limits it. Shares by the stick
+  !> impulse or by pressure would give molten metal as much heat as solid metal beside it. Across
+  !> mirrors, shares by the stick impulse are used: the nodes there do not have the sum of the stick
+  !> impulses.
   pure real(rp) function work_of(contact, t) result(work)
     type(tool_contact_t), intent(in) :: contact
     type(contact_particle_t), intent(in) :: t
@@ -101,8 +102,8 @@ contains
       e = t%entry(i)
       if (e == 0) cycle
       associate (values => contact%values(:, e))
-        if (values(v_max_friction) < values(v_coulomb)) then
-          part = t%weight(i)*t%max_friction/values(v_max_friction)
+        if (values(v_max_friction) < epsilon(1.0_rp)*no_limit) then
+          part = t%weight(i)*t%max_friction/max(values(v_max_friction), tiny(1.0_rp))
         else
           part = t%weight(i)*t%coulomb_impulse/max(values(v_coulomb), tiny(1.0_rp))
         end if

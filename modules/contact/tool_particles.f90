@@ -19,7 +19,7 @@
 !> cells 3 % too stiff.
 module contact_tool_particles
   use base_kinds, only: nlane, rp
-  use contact_tool_limits, only: cut_at_edges, extent, limit_impulses, covered_fraction_of
+  use contact_tool_limits, only: cut_at_edges, limit_impulses, covered_fraction_of
   use grid_geometry, only: length_along
   use mapping_blocks, only: weights_of
   use mapping_faces, only: surface_weights
@@ -110,6 +110,18 @@ contains
       end do
     end associate
   end subroutine gather_near
+
+  !> Extent of a particle along the normal of a tool [m]. A surface touches the ellipsoid of the
+  !> particle at its outermost point along the normal, an edge (`edge_distance` is not positive)
+  !> where the normal intersects it.
+  pure real(rp) function extent(spacing, normal, edge_distance)
+    real(rp), intent(in) :: spacing(3)                !! axes of the ellipsoid [m]
+    real(rp), intent(in) :: normal(3), edge_distance  !! unit vector, distance to the edge [m]
+
+    extent = norm2(normal*spacing)
+    if (edge_distance > 0.0_rp .or. all(abs(spacing - spacing(1)) <= 0.0_rp)) return
+    extent = 1.0_rp/norm2(normal/spacing)
+  end function extent
 
   !> List the candidates that take part in contact, and empty the list of candidates.
   subroutine list_contact_particles(sim, tool, rigid, dt, g, near)

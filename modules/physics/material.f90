@@ -42,7 +42,7 @@ module physics_material
   contains
     procedure :: set_elastic, scale_moduli, poisson, young, lambda, wave_speed, elastic_energy
     procedure :: change_volume, anneals, conducts, conductivity_at, effusivity, heat_content
-    procedure :: max_diffusivity, specific_heat_at, apply_heat, temperature_rise
+    procedure :: max_diffusivity, specific_heat_at, apply_heat, heat_to_melt, temperature_rise
   end type material_t
 
 contains
@@ -106,6 +106,15 @@ contains
     c = self%c_p
     if (allocated(self%c_table)) c = self%c_table%at(temp)
   end function specific_heat_at
+
+  !> Heat that brings metal of a temperature to its melting temperature [J/kg]; 1e30 if it has none.
+  elemental real(rp) function heat_to_melt(self, temp)
+    class(material_t), intent(in) :: self
+    real(rp), intent(in) :: temp                  !! [K]
+
+    heat_to_melt = 1.0e30_rp
+    if (self%t_melt < huge(1.0_rp)) heat_to_melt = self%specific_heat_at(temp)*(self%t_melt - temp)
+  end function heat_to_melt
 
   !> Conductivity at a temperature [W/(m K)].
   elemental real(rp) function conductivity_at(self, temp) result(k)

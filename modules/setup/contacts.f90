@@ -60,6 +60,8 @@ contains
       end if
       scene%contact(k)%law = pair_law_t(laws(find(names, input%text('CONTACT', i, 'LAW'))), &
                                         input%real('CONTACT', i, 'FRICTION'))
+      scene%contact(k)%melts_at = merge(huge(1.0_rp), scene%material(scene%body(body(:, i))% &
+                                      material)%t_melt, scene%body(body(:, i))%is_rigid())
     end do
   end subroutine read_contacts
 

@@ -26,6 +26,7 @@ module tools_pair
   type :: contact_t
     integer :: group(2) = 0, normal = normal_gradient
     type(pair_law_t) :: law
+    real(rp) :: melts_at(2) = huge(1.0_rp)   !! temperatures from which on there is no friction [K]
   end type contact_t
 
 contains

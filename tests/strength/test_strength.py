@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Metal without strength takes no heat of friction, in drawn scenes of thin hot metal and tools (drawn_scenes.py)."""
+"""Metal without strength takes no heat of friction and transmits no shear, in drawn scenes (drawn_scenes.py)."""
 
 import os
 import pathlib
@@ -12,11 +12,11 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import drawn_scenes as scenes
 
 FIRST = int(os.environ.get("STIRPOINT_SEED", 1))
+GROUP = 3
 
 
-@pytest.mark.parametrize("group", [pytest.param(k, marks=[pytest.mark.long] if k > 0 else []) for k in range(6)])
+@pytest.mark.parametrize("group", range(20))
 def test_no_heat_without_strength(group, tmp_path):
     """The hottest metal is at most 20 K above its solidus, whatever the scene."""
-    for seed, status, above, said, text in scenes.run_scenes(10, FIRST + 10 * group, tmp_path):
-        assert status == scenes.driver.WELL, (seed, said, text)
-        assert above <= scenes.MOST, (seed, text)
+    for seed, _, wrong, text in scenes.run_scenes(GROUP, FIRST + GROUP * group, tmp_path):
+        assert not wrong, (seed, wrong, text)
