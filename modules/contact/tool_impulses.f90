@@ -63,50 +63,50 @@ contains
 
   !> Find the particles of `group` that touch tool `k` in this step, and their masses at the nodes
   !> of this rank, to be summed over the ranks.
-  subroutine find_contact(sim, tool, k, group, dt, g)
+  subroutine find_contact(sim, k, group, dt, g)
     type(simulation_t), intent(inout) :: sim
-    type(tool_t), intent(in) :: tool
     integer, intent(in) :: k, group
     real(rp), intent(in) :: dt                    !! [s]
     real(rp), intent(in) :: g(8, sim%nodes%patch%nn)   !! velocity records of the group
 
-    call find_separate_sides(sim, tool%mean_motion(sim%clock%time, dt))
-    call list_nodes(sim, tool, g)
+    call find_separate_sides(sim, sim%tool(k)%mean_motion(sim%clock%time, dt))
+    call list_nodes(sim, sim%tool(k), g)
     call mark_held(sim)
-    call find_contact_particles(sim, tool, k, group, dt, g)
+    call find_contact_particles(sim, sim%tool(k), k, group, dt, g)
     call add_masses(sim, sim%scene%method%scheme /= scheme_usl)
     call reflect_masses(sim)
   end subroutine find_contact
 
-  !> Compute the impulses at the nodes of this rank, to be summed over the ranks.
-  subroutine find_impulses(sim, law, dt, g)
+  !> Compute the impulses of tool `k` at the nodes of this rank, to be summed over the ranks.
+  subroutine find_impulses(sim, k, dt, g)
     type(simulation_t), intent(inout) :: sim
-    type(friction_law_t), intent(in) :: law
+    integer, intent(in) :: k
     real(rp), intent(in) :: dt                 !! [s]
     real(rp), intent(in) :: g(8, sim%nodes%patch%nn)
 
     call restore_masses(sim)
-    call add_impulses(sim, law, dt, g)
+    call add_impulses(sim, sim%tool(k)%friction_law, dt, g)
     sim%contact%local_values = sim%contact%values(:n_values, :)
     call reflect_values(sim)
   end subroutine find_impulses
 
-  !> Apply the impulses: nodal velocities, sums of the tool, and friction heat to the particles.
-  subroutine apply_impulses(sim, tool, dt, g)
+  !> Apply the impulses of tool `k`: nodal velocities, sums of the tool, and friction heat to the
+  !> particles.
+  subroutine apply_impulses(sim, k, dt, g)
     type(simulation_t), intent(inout) :: sim
-    type(tool_t), intent(inout) :: tool
+    integer, intent(in) :: k
     real(rp), intent(in) :: dt                 !! [s]
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
     type(rigid_t) :: rigid
 
-    call push_nodes(sim, tool%friction_law, g)
+    call push_nodes(sim, sim%tool(k)%friction_law, g)
     call restore(sim, r_velocity, g)
     call update_surface_offset(sim, dt, g)
-    call store_contact_history(sim, tool%friction_law, dt)
+    call store_contact_history(sim, sim%tool(k)%friction_law, dt)
     call strain_surface(sim, dt)
-    rigid = tool%mean_motion(sim%clock%time, dt)
-    call record_tool_load(sim%nodes, sim%contact, rigid, tool, g)
-    call give_heat(sim%scene, sim%particles, sim%contact, rigid, dt, tool)
+    rigid = sim%tool(k)%mean_motion(sim%clock%time, dt)
+    call record_tool_load(sim%nodes, sim%contact, rigid, sim%tool(k), g)
+    call give_heat(sim%scene, sim%particles, sim%contact, rigid, dt, sim%tool(k))
   end subroutine apply_impulses
 
   !> List the nodes with mass near the tool, or in the bounding box of a finite one: the same on all

@@ -72,11 +72,11 @@ contains
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
     type(outcome_t), intent(inout) :: outcome
 
-    call find_contact(sim, sim%tool(k), k, group, dt, g)
+    call find_contact(sim, k, group, dt, g)
     call sum_with_overlap(sim, dt, g, outcome, n_masses, sim%contact%mass)
-    call find_impulses(sim, sim%tool(k)%friction_law, dt, g)
+    call find_impulses(sim, k, dt, g)
     call sum_with_overlap(sim, dt, g, outcome, sim%contact%width, sim%contact%values)
-    call apply_impulses(sim, sim%tool(k), dt, g)
+    call apply_impulses(sim, k, dt, g)
   end subroutine resolve_tool_contact
 
 end module step_constraints
