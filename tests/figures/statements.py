@@ -350,7 +350,6 @@ DEFINITIONS = (
     ("docs/speed.md", "it has 29 fields and a tag, 240 bytes. The rest are nodes: two grids of 64 bytes a node, and 16 bytes", KEY),
     ("docs/speed.md", "takes 40 bytes a particle more while it lasts, and a frame 92", KEY),
     ("docs/speed.md", "is 1 awake, 0.15 more where its block flows, 22 more at a tool, 0.035 asleep", KEY),
-    ("docs/speed.md", "`&CONTACT` is 0.51 of that of the tied joint, of the lap joint 0.21, because most", STUDY),
     ("docs/speed.md", "agree to 1 %. `tests/system/test_sleeping.py`", STUDY),
     ("docs/speed.md", "alone reach 0.92 (stirring) and 0.89 (asleep) of", STUDY),
 )

@@ -121,6 +121,18 @@ def speed(_):
             + f"\nMade by `{origin['command']}` of {origin['version']} on {origin['machine']}.\n")
 
 
+def features(_):
+    """Ratios of processor times, what is asked of them, and where they were measured."""
+    found = next(row for row in measures.lines(measures.ROOT / "benchmarks/speed_results.jsonl") if row["scene"] == "features")
+    names = {"thread": "thread on the pin", "flats": "flats on the pin", "scroll": "scroll in the shoulder", "stl": "STL file of the pin",
+             "contact_butt": "butt joint, contact", "contact_lap": "lap joint, contact", "tracers": "8000 tracers, rows every five steps",
+             "usavg": "USAVG", "musl": "MUSL", "fmpm_4": "FMPM(4)", "apic": "APIC"}
+    plain = {"pin": "plain pin", "butt": "tied", "lap": "tied", "block": "block, FLIP, USL"}
+    rows = [[name, plain[found[key]["over"]], f"{found[key]['measured']:.2f}", f"{found[key]['asked']}"] for key, name in names.items()]
+    return (table(["feature", "over", "measured", "asked"], rows)
+            + f"\nMade by `{found['command']}` of {found['version']} on {found['machine']}.\n")
+
+
 def kernels(_):
     """Times of the kernels alone, and of where they were measured."""
     rows = {row["scene"]: row for row in measures.lines(measures.ROOT / "benchmarks/speed_results.jsonl")}
@@ -339,7 +351,7 @@ BEGIN = "benchmarks/new_scenes.json"
 ALL = {
     "detection": detection,
     "welds": welds, "welds, ratios": weld_ratios, "welds, changes": weld_changes, "choices": choices, "verification": verification, "disc on plate": disc_on_plate, "mass scaling": mass_scaling,
-    "scaling": scaling, "plates": plates, "speed": speed, "kernels": kernels, "cooling": cooling, "annealing": annealing, "calibration": calibration,
+    "scaling": scaling, "plates": plates, "speed": speed, "features": features, "kernels": kernels, "cooling": cooling, "annealing": annealing, "calibration": calibration,
     "sleeping, tilted": kept(SLEEPING, "tilted tool at x = 25 mm"),
     "heat plates": heat_plates, "heat slab": heat_slab, "heat steps": heat_steps, "heat tolerance": heat_tolerance,
     "heat crossing": heat_crossing, "heat solvers": heat_solvers, "stretches": kept(SLEEPING, "stretches"), "copper pass": kept(PASS, "along the way"), "copper pass, sums": kept(PASS, "sums"),
