@@ -2,6 +2,7 @@
 !> Contact between bodies: groups with a velocity field of their own, contact laws, and heat
 !> transfer by contact conductances with separate nodal temperatures.
 module setup_contacts
+  use base_kinds, only: rp
   use input_key_table, only: find
   use input_tables, only: check_rising
   use input_values, only: input_t
