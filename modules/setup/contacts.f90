@@ -61,6 +61,7 @@ contains
       end if
       scene%contact(k)%law = pair_law_t(laws(find(names, input%text('CONTACT', i, 'LAW'))), &
                                         input%real('CONTACT', i, 'FRICTION'))
+      if (input%diagnostics%count() > 0) cycle             ! a material may be unknown
       scene%contact(k)%melts_at = merge(huge(1.0_rp), scene%material(scene%body(body(:, i))% &
                                       material)%t_melt, scene%body(body(:, i))%is_rigid())
     end do

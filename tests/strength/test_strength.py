@@ -11,6 +11,21 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
 import drawn_scenes as scenes
 
+SLIDING = """
+&GRID CELL = 1e-3, LOWER = -4e-3, -4e-3, 0, UPPER = 20e-3, 12e-3, 8e-3 /
+&TIME END = 0.01, MASS_SCALING = 1e6 /
+&MATERIAL NAME = 'metal', LAW = 'norton', NORTON_K = 40e6, NORTON_N = 0.2, T_MELT = 900, DENSITY = 2700
+  YOUNGS_MODULUS = 70e9, POISSON_RATIO = 0.33, SPECIFIC_HEAT = 1000, CONDUCTIVITY = 150 /
+&BODY NAME = 'below', MATERIAL = 'metal' /
+&SHAPE BODY = 'below', LOWER = 0, 0, 0, UPPER = 16e-3, 8e-3, 2e-3 /
+&BODY NAME = 'above', MATERIAL = 'metal', VELOCITY = 0.2, 0, 0 /
+&SHAPE BODY = 'above', LOWER = 0, 0, 2e-3, UPPER = 8e-3, 8e-3, 4e-3 /
+&CONTACT BODY = 'below', OTHER = 'above', FRICTION = 0.5 /
+&TOOL NAME = 'press', KIND = 'plane', POSITION = 0, 0, 3.95e-3, NORMAL = 0, 0, -1, FRICTION = 0 /
+&WALL SIDE = 'zmin', KIND = 'fixed' /
+&HEAT AMBIENT = 298 /
+&METHOD DEBRIS = 0.5 /
+"""
 FIRST = int(os.environ.get("STIRPOINT_SEED", 1))
 GROUP = 3
 
@@ -20,3 +35,15 @@ def test_no_heat_without_strength(group, tmp_path):
     """The hottest metal is at most 20 K above its solidus, whatever the scene."""
     for seed, _, wrong, text in scenes.run_scenes(GROUP, FIRST + GROUP * group, tmp_path):
         assert not wrong, (seed, wrong, text)
+
+
+def test_molten_bodies_slide_freely(tmp_path):
+    """Coulomb friction between two pressed bodies heats them below the melting point, and not at all above it."""
+    (tmp_path / "sliding.nml").write_text(SLIDING)
+    heat = {}
+    for temperature in (880.0, 930.0):
+        done = scenes.driver.run("sliding.nml", "--quiet", "--overwrite", directory=tmp_path,
+                                 sets={"BODY.TEMPERATURE": temperature})
+        heat[temperature] = done.results("sliding").history()["friction_heat[J]"][-1]
+    assert heat[880.0] > 0.5
+    assert abs(heat[930.0]) < 1e-9
