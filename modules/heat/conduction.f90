@@ -90,7 +90,7 @@ contains
     smoothed = 0.0_rp
     out = sim%budget%sums(e_film) - sim%budget%sums(e_wall_heat) + sim%budget%sums(e_tool)
     call gather_temperature(sim, lost)
-    call find_gaps(sim, stable_conduction(sim%scene), gaps)
+    call find_gaps(sim, gaps)
     call find_fluxes(sim, sinks, gaps, elapsed, remaining, lost, dt)
     do k = 1, sim%scene%n_heat_groups
       do r = 1, sim%nodes%n_ranges

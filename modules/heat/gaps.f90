@@ -29,15 +29,12 @@ module heat_gaps
     real(rp), allocatable :: conductance(:)      !! h A [W/K]
   end type gaps_t
 
-  real(rp), parameter :: min_weight = 1.0e-12_rp   !! lower bound (avoids division by zero)
-
 contains
 
   !> Collective. List the gaps where bodies were in contact in the last mechanical step. The second
   !> grid is overwritten.
-  subroutine find_gaps(sim, stable_step, gaps)
+  subroutine find_gaps(sim, gaps)
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: stable_step          !! of explicit conduction [s]
     type(gaps_t), intent(inout) :: gaps
     real(rp) :: lost(8, size(sim%scene%symmetry))
     integer :: b, e, groups(2), k
@@ -64,16 +61,14 @@ contains
       if (groups(1) == groups(2) .or. .not. sim%pairs%is_owned(e)) cycle
       if (sim%pairs%gap(e) > slack*length_along(sim%nodes%patch%edges_at(sim%pairs%x(:, e)), &
                                                 sim%pairs%normal(:, e))) cycle
-      call add_gap(sim, e, groups, stable_step, gaps)
+      call add_gap(sim, e, groups, gaps)
     end do
   end subroutine find_gaps
 
-  !> Add the contact point near the node of entry `e`, if both bodies have mass there. Explicit
-  !> steps may be half as long as those of conduction: nodes of little capacity take less heat.
-  subroutine add_gap(sim, e, groups, stable_step, gaps)
+  !> Add the contact point near the node of entry `e`, if both bodies have mass there.
+  subroutine add_gap(sim, e, groups, gaps)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: e, groups(2)
-    real(rp), intent(in) :: stable_step
     type(gaps_t), intent(inout) :: gaps
     real(rp) :: area, at(3), coefficient, depth, resistance, temp, weight(0:7, 2), x(3)
     integer :: k, node(0:7, 2)
@@ -104,11 +99,6 @@ contains
     gaps%node(:, :, gaps%n) = node
     gaps%weight(:, :, gaps%n) = weight
     gaps%conductance(gaps%n) = area/resistance
-    if (sim%scene%method%implicit_heat) return
-    do k = 1, 2
-      gaps%conductance(gaps%n) = min(gaps%conductance(gaps%n), minval( &
-        sim%nodes%g(1, node(:, k), groups(k))/max(weight(:, k), min_weight))/stable_step)
-    end do
   end subroutine add_gap
 
   !> Heat groups of two groups of bodies.

@@ -57,6 +57,7 @@ PLACES = {
     "half": (0.5, (2, 4), (-2, 6), "", "&WALL SIDE = 'xmin', POSITION = 2e-3 /", 1, 1e-6),
     "ranks": (1, (0, 4), (-2, 6), "", "", 3, 1e-9),
     "graded": (1, (0, 4), (-2, 6), ", GRADED = 'z', FINE = 0, 4e-3, LARGEST_CELL = 1.25e-3", "", 1, 0.1),
+    "graded on all axes": (1, (0, 4), (-2, 6), ", GRADED = 'xyz', FINE = 0, 4e-3, 1e-3, 3e-3, 0, 4e-3, LARGEST_CELL = 1.25e-3", "", 1, 0.1),
 }
 
 
