@@ -41,10 +41,11 @@ contains
   !> Numbers of lines as the format has them: of all sizes, at limits, in the middle of two texts.
   subroutine test_lines()
     type(lines_t) :: lines
-    real(rp) :: x(10000), exponent(size(x))
+    real(rp), allocatable :: x(:), exponent(:)
     character(15) :: text
     integer :: i, wrong
 
+    allocate (x(10000), exponent(10000))
     call random_number(x)
     call random_number(exponent)
     x = (2.0_rp*x - 1.0_rp)*10.0_rp**(80.0_rp*exponent - 40.0_rp)
