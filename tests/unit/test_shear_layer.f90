@@ -5,7 +5,7 @@
 program test_shear_layer
   use base_kinds, only: nlane, rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use contact_tool_limits, only: find_shear_layer, shear_layer_t, reduce_layer_rate
+  use contact_tool_limits, only: find_shear_layer, no_limit, shear_layer_t, reduce_layer_rate
   use contact_tool_loads, only: give_heat
   use flow_laws_johnson_cook, only: johnson_cook_t
   use linear_law, only: linear_t
@@ -290,8 +290,8 @@ contains
     call random_number(contact%slip)
     call random_number(contact%friction_fraction)
     contact%is_folded = .false.
-    contact%values([v_max_friction, v_coulomb], 1) = [2.0_rp, 3.0_rp]
-    contact%values([v_max_friction, v_coulomb], 2) = [3.0_rp, 2.0_rp]
+    contact%values([v_max_friction, v_coulomb], 1) = [3.0_rp, 2.0_rp]
+    contact%values([v_max_friction, v_coulomb], 2) = [no_limit, 2.0_rp]   ! elastic material
     sums = 0.0_rp
     do p = 1, 3
       associate (t => contact%particle(p), x => particles%ps(p, f_pos:f_pos + 2, 1), &
@@ -316,7 +316,7 @@ contains
         t%strength_used = merge(1.0_rp, 0.0_rp, p < 3)
         work = merge(t%max_friction/contact%values(v_max_friction, p), &
                      t%coulomb_impulse/contact%values(v_coulomb, p), &
-                     contact%values(v_max_friction, p) < contact%values(v_coulomb, p))
+                     contact%values(v_max_friction, p) < no_limit)
         work = -work*contact%friction_fraction(p) &
                *dot_product(contact%values(v_stick:v_stick + 2, p), slip)
         heat = share*(1.0_rp - t%plastic_fraction*(1.0_rp - heats))*work
