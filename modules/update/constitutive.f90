@@ -91,19 +91,8 @@ contains
     sim%budget%sums(e_plastic) = sim%budget%sums(e_plastic) + sums%plastic_work
     sim%budget%sums(e_stress) = sim%budget%sums(e_stress) + sums%stress_work
     sim%budget%failed_returns = sim%budget%failed_returns + sums%failed
-    outcome%stiffness = max(outcome%stiffness, sums%stiffness*shrinkage())
+    outcome%stiffness = max(outcome%stiffness, sums%stiffness)
     if (any(sums%warnings > 0)) call count_warnings(sim, body, sums, nf, ps)
-  contains
-    !> Factor on the squared wave speed for domains that have become shorter (cpGIMP). Where a
-    !> domain of half length l [cells] enters the support of a node, weight and slope are a^2/(4 l)
-    !> and a/(2 l h): slope^2/weight = 1/(l h^2), so that the stable step falls with the root of l.
-    pure real(rp) function shrinkage()
-      shrinkage = 1.0_rp
-      associate (half => sim%scene%layout%half)
-        if (half > 0) shrinkage = max(1.0_rp, maxval(sim%scene%domain(body) &
-                                                     /minval(ps(:n, half:half + 2), 1)))
-      end associate
-    end function shrinkage
   end subroutine constitutive
 
   !> Count particles outside the validity range of a flow law, and keep the first place.
