@@ -338,7 +338,7 @@ contains
           ! No more than the nearest particle and those that may touch need exact distances.
           call sim%tool(k)%clearances(n, ps(:, f_pos:f_pos + 2), huge(1.0_rp), d, is_bound=.true.)
           cutoff = sim%tool(k)%clearance(ps(minloc(d(:n), 1), f_pos:f_pos + 2))
-          cutoff = rounding*max(cutoff, body%longest_diagonal())
+          cutoff = rounding*min(0.5_rp*huge(1.0_rp), max(cutoff, body%longest_diagonal()))
           call sim%tool(k)%clearances(n, ps(:, f_pos:f_pos + 2), cutoff, d)
           least(:n) = min(least(:n), d(:n))
           sim%particles%clearance(k, b) = minval(d(:n))

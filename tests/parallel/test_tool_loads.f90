@@ -196,6 +196,7 @@ contains
     integer :: k
 
     call start_plate(sim, 1, 0.0_rp)
+    sim%world = world
     sim%tool = [sim%tool(1), sim%tool(1), sim%tool(1)]
     sim%clock%stiffness = huge(1.0_rp)           ! the load of late is that of the step
     do k = 1, 3
