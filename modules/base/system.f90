@@ -1,8 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> System functions not in Fortran: aligned memory, atomic renaming of files, directories, signals,
-!> prefetch, dynamic loading of libraries.
-!>
-!> Memory available on this node, by the kernel and the limits of control groups.
+!> prefetch, dynamic loading of libraries, and the memory that is available on this node.
 module base_system
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_funptr, &
                                          c_int, c_int64_t, c_loc, c_null_char, c_ptr, c_size_t
@@ -88,13 +86,6 @@ module base_system
       import :: c_int
       implicit none (type, external)
     end function stop_signal
-
-    !> Send a signal to this process (for tests).
-    integer(c_int) function raise_signal(number) bind(c, name='raise')
-      import :: c_int
-      implicit none (type, external)
-      integer(c_int), value :: number
-    end function raise_signal
 
     !> Register `bytes` from `p` for prefetching by `fetch_some`.
     subroutine need_soon(p, bytes) bind(c, name='stirpoint_need_soon')

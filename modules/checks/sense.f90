@@ -1,9 +1,5 @@
 ! SPDX-License-Identifier: MIT
 !> Plausibility checks of a scene without errors: duplicates, overlaps, objects outside the bodies.
-!>
-!> Check for material that necks from the first plastic strain on. By the criterion of Considere
-!> (1885) a bar in tension is stable while its load rises, d(sigma exp(-epsilon))/d(epsilon) > 0.
-!> Otherwise the neck is as wide as the cells, and the results depend on them.
 module checks_sense
   use base_kinds, only: rp
   use base_text, only: str
@@ -21,9 +17,6 @@ module checks_sense
   public :: check_necking, check_sense
 
   real(rp), parameter :: min_overlap = 0.05_rp   !! overlap that contact tolerates [cells]
-
-  real(rp), parameter :: strain = 0.01_rp        !! plastic strain of the comparison
-  real(rp), parameter :: rate = 1.0_rp           !! plastic strain rate of the comparison [1/s]
 
 contains
 
@@ -330,10 +323,15 @@ contains
     if (input%line(group, i) > 0) text = 'on line '//str(input%line(group, i))
   end function location_of
 
-  !> Warn of such bodies in scenes without tools; under a tool the material is in compression.
+  !> Warn of bodies that neck from the first plastic strain on, in scenes without tools; under a
+  !> tool the material is in compression. By the criterion of Considere (1885) a bar in tension is
+  !> stable while its load rises, d(sigma exp(-epsilon))/d(epsilon) > 0. Otherwise the neck is as
+  !> wide as the cells, and the results depend on them.
   subroutine check_necking(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
+    real(rp), parameter :: strain = 0.01_rp        !! plastic strain of the comparison
+    real(rp), parameter :: rate = 1.0_rp           !! plastic strain rate of the comparison [1/s]
     type(point_t) :: point
     real(rp) :: yield, temperature
     integer :: b

@@ -1,7 +1,5 @@
 ! SPDX-License-Identifier: MIT
 !> Nodes that a patch shares with another rank, and periodic images among its nodes.
-!>
-!> Marks of nodes in a box.
 module grid_neighbours
   use base_kinds, only: rp
   use grid_geometry, only: box_t, patch_t

@@ -7,8 +7,7 @@ module heat_sources
   use base_log, only: say
   use base_text, only: str
   use particles_store, only: f_heat, f_mass, f_pos, tag_faces
-  use simulation_parts, only: source_disc, source_t
-  use simulation_parts, only: simulation_t
+  use simulation_parts, only: simulation_t, source_disc, source_t
   use state_run, only: e_source, skin
   implicit none (type, external)
   private

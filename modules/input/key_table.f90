@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Table of input keys: groups and rows, with additions and look-ups.
-!>
-!> Names that groups use to refer to one another.
+!> Table of input keys: groups and rows, with additions and look-ups, also of the names by which
+!> groups refer to one another.
 module input_key_table
   use base_errors, only: fatal
   use input_syntax, only: split_words

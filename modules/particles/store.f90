@@ -34,7 +34,7 @@ module particles_store
   type :: layout_t
     integer :: n = n_fields     !! number of fields of a particle
     integer :: half = 0         !! half lengths of the domain [cells], 3 (cpGIMP)
-    integer :: edges = 0        !! initial edges [m], 3 (several graded axes)
+    integer :: edges = 0        !! initial edges [m], 3 (graded grids)
     integer :: affine = 0       !! affine velocity gradient [1/s], row by row, 9 (APIC)
     integer :: origin = 0       !! position at t = 0 [m], 3 (prescribed fields, tractions)
     integer :: law = 1          !! internal variables of the flow law, n_law

@@ -26,7 +26,8 @@ module setup_method
   !> cause.
   real(rp), parameter :: small_strain = 0.02_rp, large_strain = 0.05_rp
   real(rp), parameter :: cubic = 1.0_rp + 1.0e-6_rp   !! largest edge ratio of a cube
-  real(rp), parameter :: max_growth = 1.5_rp + 1.0e-6_rp   !! of graded cells with selective scaling
+  real(rp), parameter :: max_growth = 1.3_rp + 1.0e-6_rp   !! largest ratio of neighbouring cells
+                                                           !! with selective scaling
 
 contains
 
@@ -215,10 +216,10 @@ contains
   end function is_sparse
 
   !> Reason why selective mass scaling is not possible in this scene; '' if it is. With one particle
-  !> per cell along an axis, smallest cells that are not cubes, or cells that grow by more than a
-  !> half from one to the next, a free elastic block gains energy at time steps that are stable
-  !> without the scaling: light nodes withhold part of the internal forces from the particles, which
-  !> makes the operator from forces to velocities non-symmetric.
+  !> per cell along an axis, smallest cells that are not cubes, or cells that grow by more than 0.3
+  !> from one to the next, a free elastic block gains energy at time steps that are stable without
+  !> the scaling: light nodes withhold part of the internal forces from the particles, which makes
+  !> the operator from forces to velocities non-symmetric.
   pure function obstacle_to_scaling(scene) result(text)
     type(scene_t), intent(in) :: scene
     character(:), allocatable :: text
@@ -241,7 +242,7 @@ contains
       do a = 1, 3
         if (.not. scene%grid%grading(a)%is_graded) cycle
         if (scene%grid%grading(a)%growth() <= max_growth) cycle
-        text = 'cells that grow by more than a half'
+        text = 'cells that grow by more than 0.3'
       end do
     end if
   end function obstacle_to_scaling

@@ -279,7 +279,7 @@ contains
 
     associate (m => scene%method, layout => scene%layout)
       if (input%text('METHOD', 1, 'SHAPE') == 'cpgimp') call layout%add(3, layout%half)
-      if (count(scene%grid%grading%is_graded) > 1) call layout%add(3, layout%edges)
+      if (scene%grid%is_graded()) call layout%add(3, layout%edges)
       if (m%transfer == transfer_apic) call layout%add(9, layout%affine)
       if (tractions_have_boxes(input)) call layout%add(3, layout%origin)
       if (input%logical('OUTPUT', 1, 'INITIAL_POSITION')) call layout%add(3, layout%origin)

@@ -5,7 +5,7 @@ module state_scene
   use conditions_list, only: held_t, symmetry_t
   use fields_field, only: field_t
   use grid_geometry, only: grid_t, mean_edge
-  use particles_store, only: f_mass, layout_t
+  use particles_store, only: layout_t
   use physics_material, only: material_t
   use state_film, only: film_t
   use tools_pair, only: contact_t
@@ -197,22 +197,16 @@ contains
     longest_diagonal = norm2(self%widest)
   end function longest_diagonal
 
-  !> Initial edges of a particle of a body [m]. On a grid with one graded axis they follow from its
-  !> mass, with more they are fields.
+  !> Initial edges of a particle of a body [m]. On a graded grid they are fields.
   pure function spacing_of(self, body, state) result(spacing)
     class(scene_t), intent(in) :: self
     integer, intent(in) :: body
     real(rp), intent(in) :: state(:)         !! fields of the particle
-    real(rp) :: spacing(3), volume
+    real(rp) :: spacing(3)
 
-    associate (b => self%body(body), edges => self%layout%edges)
-      spacing = b%spacing
-      if (edges > 0) then
-        spacing = state(edges:edges + 2)
-      else if (self%grid%is_graded()) then
-        volume = state(f_mass)*b%start%jac/self%material(b%material)%rho
-        where (self%grid%grading%is_graded) spacing = volume*spacing/product(spacing)
-      end if
+    associate (edges => self%layout%edges)
+      spacing = self%body(body)%spacing
+      if (edges > 0) spacing = state(edges:edges + 2)
     end associate
   end function spacing_of
 

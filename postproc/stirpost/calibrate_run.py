@@ -113,7 +113,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--fine-runs", type=int, default=4, help="new fine runs at most (default 4), with --coarse")
     parser.add_argument("--profile", type=int, default=2, help="points to each side along the least determined direction, of "
                         "one to three runs each (default 2; 0: none)")
-    parser.add_argument("--uncertainty", "--scale", action="append", default=[], metavar="NAME=VALUE",
+    parser.add_argument("--uncertainty", action="append", default=[], metavar="NAME=VALUE",
                         help="standard uncertainty of a curve")
     parser.add_argument("--from", dest="start", type=float, help="readings count from this time on [s]")
     parser.add_argument("--until", dest="end", type=float, help="and to this one [s]")

@@ -103,7 +103,7 @@ def test_complaints(scene):
         assert words in done.stderr, done.stderr
     assert not list((directory / "three/runs").iterdir())
     for words, told in ((["--vary", "TOOL.FRICTION=1,2,3"], "LOW < START < HIGH"), (["--vary", "TOOL.FRICTOIN=2,1,3"], "FRICTOIN"),
-                        (["--until", "1e-9", "--scale", "T9=1"], "three are needed")):
+                        (["--until", "1e-9", "--uncertainty", "T9=1"], "three are needed")):
         assert told in calibrate(directory, *words, "-o", "three", expect=2).stderr
 
 

@@ -7,7 +7,7 @@ program test_grading
   use grid_grading, only: grading_t, make_grading
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: nodes_t
-  use particles_store, only: f_mass, f_pos
+  use particles_store, only: f_pos
   use state_scene, only: scene_t
   implicit none (type, external)
 
@@ -226,30 +226,19 @@ contains
     call expect('what does not fit above is said', index(message, 'above') > 0 .and. n == 0)
   end subroutine test_what_does_not_fit
 
-  !> The edge of a particle along one graded axis follows from its mass, whatever its initial
-  !> compression; the others are those of its body. On several graded axes it is stored.
+  !> The edges of a particle are those of its body, on a graded grid its own.
   subroutine test_spacing()
     type(scene_t) :: scene
-    real(rp), parameter :: jac = 0.9_rp, rho = 2700.0_rp
-    real(rp) :: edge(3), found(3), state(f_mass + 3), want(3)
-    integer :: axis, k
+    real(rp), parameter :: body(3) = [0.5e-3_rp, 0.4e-3_rp, 0.3e-3_rp], own(3) = 3.0_rp*body
+    real(rp) :: found(3)
 
-    edge = [0.5e-3_rp, 0.4e-3_rp, 0.3e-3_rp]
-    allocate (scene%material(1), scene%body(1))
-    scene%material(1)%rho = rho
-    scene%body(1)%spacing = edge
-    scene%body(1)%start%jac = jac
-    do axis = 0, 4
-      want = merge(3.0_rp*edge, edge, [1, 2, 3] == axis)
-      if (axis == 4) want = [1.0_rp, 2.0_rp, 3.0_rp]*edge
-      if (axis == 4) scene%layout%edges = f_mass + 1
-      state(f_mass:) = [rho*product(want)/jac, want]
-      scene%grid%grading%is_graded = [1, 2, 3] == axis .or. axis == 4
-      found = scene%spacing_of(1, state)
-      do k = 1, 3
-        call expect_close('edge of a particle', found(k), want(k))
-      end do
-    end do
+    allocate (scene%body(1))
+    scene%body(1)%spacing = body
+    found = scene%spacing_of(1, own)
+    call expect_close('edges of all particles', norm2(found - body), 0.0_rp, atol=1.0e-18_rp)
+    scene%layout%edges = 1
+    found = scene%spacing_of(1, own)
+    call expect_close('edges of a particle', norm2(found - own), 0.0_rp, atol=1.0e-18_rp)
   end subroutine test_spacing
 
 end program test_grading
