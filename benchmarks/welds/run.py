@@ -35,7 +35,7 @@ MM = 1e-3
 LIBRARY = ROOT / "share/stirpoint/materials.nml"
 PICTURE = ROOT / "docs/pictures/welds.png"
 RESULTS = pathlib.Path(__file__).with_name("results.jsonl")
-FRICTION = 0.4     # up to the shear strength of the metal
+FRICTION = 0.4     # of tool and anvil, up to the shear strength of the metal
 VARIANTS = {"coarse": (4 / 3, 1e6), "fine": (3 / 4, 1e6), "light": (1.0, 3e5), "heavy": (1.0, 3e6)}    # cells, mass scaling
 
 
@@ -124,7 +124,7 @@ def text_of(name, variant):
 &MOTION TOOL = 'tool', DURATION = {dwell}, SPIN_RPM = {w["rpm"]} /
 &MOTION TOOL = 'tool', VELOCITY = {w["speed"] * MM:.6g}, 0, 0, SPIN_RPM = {w["rpm"]}, RAMP = 0.2{force} /
 &METHOD DEBRIS = 0.05 /
-&WALL SIDE = 'zmin', KIND = 'fixed' /
+&WALL SIDE = 'zmin', FRICTION = {FRICTION} /
 &HEAT AMBIENT = {ambient} /
 {surfaces}{probes}&OUTPUT FRAME_INTERVAL = 100, HISTORY_INTERVAL = 0.05, CHECKPOINT_INTERVAL = 1000 /
 """

@@ -7,6 +7,7 @@
 !> with its mass.
 module boundary_clamps
   use base_kinds, only: rp
+  use boundary_wall_friction, only: apply_wall_friction
   use mapping_nodes, only: min_node_inertia, min_node_mass
   use simulation_parts, only: column_nodes_t, column_t, simulation_t
   use state_run, only: e_wall
@@ -20,8 +21,8 @@ module boundary_clamps
 
 contains
 
-  !> Collective. Set the held nodes of walls and clamps to their velocity, times `fraction`; record
-  !> impulse and work.
+  !> Collective. Apply friction on walls, then set the held nodes of walls and clamps to their
+  !> velocity, times `fraction`; record impulse and work.
   subroutine hold_walls(sim, fraction, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: fraction                 !! 1, or 0 for clamps at rest
@@ -30,6 +31,7 @@ contains
 
     do k = 1, sim%nodes%n_groups
       if (sim%scene%is_rigid_group(k)) cycle
+      call apply_wall_friction(sim, g(:, :, k))
       do axis = 1, 3
         call hold_columns(sim, axis, fraction, g(:, :, k))
         if (sim%boundary%along(axis)%is_cut) then

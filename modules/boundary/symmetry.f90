@@ -8,7 +8,7 @@
 module boundary_symmetry
   use base_kinds, only: rp
   use conditions_list, only: symmetry_t
-  use simulation_parts, only: boundary_t, mirrors_t, simulation_t
+  use simulation_parts, only: mirrors_t, simulation_t
   use state_run, only: e_wall_heat
   use state_scene, only: scene_t
   implicit none (type, external)
@@ -71,16 +71,19 @@ contains
   end subroutine list_mirrors
 
   !> Move pairs and planes with `marked` nodes to the front, which are reflected first; mirror nodes
-  !> of marked ones, directly or around a corner, are marked as well.
-  subroutine split_mirrors(boundary, marked)
-    type(boundary_t), intent(inout) :: boundary
+  !> of marked ones, directly or around a corner, are marked as well, and with friction the node on
+  !> the wall between them.
+  subroutine split_mirrors(sim, marked)
+    type(simulation_t), intent(inout) :: sim
     logical, intent(inout) :: marked(:)
-    integer :: i, turn
+    integer :: i, nodes(3), turn
 
-    associate (m => boundary%mirrors)
+    associate (m => sim%boundary%mirrors)
       do turn = 1, 3                           ! a corner joins at most three axes
         do i = 1, m%n_pairs
-          if (any(marked(m%pair(1:2, i)))) marked(m%pair(1:2, i)) = .true.
+          nodes = [m%pair(1:2, i), m%pair(1, i)]
+          if (sim%scene%symmetry(m%pair(3, i))%friction > 0.0_rp) nodes(3) = sum(nodes(1:2))/2
+          if (any(marked(nodes))) marked(nodes) = .true.
         end do
       end do
       m%n_shared_pairs = count(marked(m%pair(2, :)))
@@ -217,7 +220,7 @@ contains
 
   !> Reflect the records behind the walls to the nodes in front; records behind are zero then.
   !> `lost` accumulates the change of the sum over the nodes; `mass_behind` returns lane 1 of the
-  !> nodes behind.
+  !> nodes behind. At a wall with friction the nodes on it receive the force that presses on it.
   subroutine reflect(sim, kind, g, lost, mass_behind, part)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: kind
@@ -245,6 +248,12 @@ contains
         c = m%pair(3, i)
         if (present(mass_behind)) mass_behind(i) = g(1, b)
         lost(:, c) = lost(:, c) + (sign(:, c) - 1.0_rp)*g(:, b)
+        if (kind == r_momentum .and. sim%scene%symmetry(c)%friction > 0.0_rp) then
+          associate (lane => 4 + sim%scene%symmetry(c)%axis, on => (a + b)/2)
+            g(lane, on) = g(lane, on) + 2.0_rp*g(lane, b)
+            lost(lane, c) = lost(lane, c) + 2.0_rp*g(lane, b)   ! counted at the node on the wall
+          end associate
+        end if
         g(:, a) = g(:, a) + sign(:, c)*g(:, b) + shift(:, c)*g(1, b)
         g(:, b) = 0.0_rp
       end do
@@ -253,6 +262,9 @@ contains
         c = m%plane(2, i)
         odd = 0.5_rp*(1.0_rp - sign(:, c))
         lost(:, c) = lost(:, c) - odd*g(:, a)
+        if (kind == r_momentum .and. sim%scene%symmetry(c)%friction > 0.0_rp) then
+          odd(4 + sim%scene%symmetry(c)%axis) = 0.0_rp
+        end if
         g(:, a) = (1.0_rp - odd)*g(:, a) + 0.5_rp*shift(:, c)*g(1, a)
       end do
     end associate

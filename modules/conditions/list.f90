@@ -27,6 +27,7 @@ module conditions_list
     logical :: faces_up = .true.          !! the bodies are above the plane
     logical :: odd(3) = .false.           !! components of the velocity that change sign
     real(rp) :: temperature = 0.0_rp      !! temperature of the plane [K]; 0: insulated
+    real(rp) :: friction = 0.0_rp         !! Coulomb coefficient of friction
   end type symmetry_t
 
 contains

@@ -22,6 +22,8 @@ contains
       'holds everything, or only the normal')
     call t%key('POSITION', 'real', 1, 'm', '', '', &
       'coordinate of the wall; not given: at the side of the grid')
+    call t%key('FRICTION', 'real', 1, '', '0 if KIND = sliding', '[0,inf)', &
+      'Coulomb coefficient of friction on the wall')
     call t%key('TEMPERATURE', 'real', 1, 'K', '', '(0,inf)', &
       'temperature of the wall; not given: it lets no heat through')
 

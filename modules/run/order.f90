@@ -69,7 +69,7 @@ contains
     if (sim%nodes%patch%nn > 0) n = sim%nodes%patch%all%hi - sim%nodes%patch%all%lo + 1
     marked = .not. can_overlap(sim%nodes)
     marked(sim%nodes%halo%shared) = .true.
-    call split_mirrors(sim%boundary, marked)
+    call split_mirrors(sim, marked)
     near = reshape(marked, n([3, 2, 1]))
   end subroutine mark_nodes
 

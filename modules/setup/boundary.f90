@@ -106,6 +106,8 @@ contains
     type(symmetry_t) :: symmetry
     type(clamp_t) :: clamp
     logical :: has_temperature
+    character(11), parameter :: of_planes(2) = ['TEMPERATURE', 'FRICTION   ']
+    integer :: k
 
     wall = wall_of(input, scene%grid, i)
     if (scene%grid%period(wall%axis) > 0) then
@@ -117,7 +119,8 @@ contains
     end if
     if (is_symmetric(input, scene%grid, wall)) then
       symmetry = symmetry_t(place=i, axis=wall%axis, row=row_of(scene%grid, wall), &
-                            faces_up=wall%faces_up, odd=wall%held)
+                            faces_up=wall%faces_up, odd=wall%held, &
+                            friction=input%real('WALL', i, 'FRICTION'))
       if (has_temperature) symmetry%temperature = input%real('WALL', i, 'TEMPERATURE')
       scene%symmetry = [scene%symmetry, symmetry]
     else
@@ -125,10 +128,11 @@ contains
       if (wall%faces_up) clamp%upper(wall%axis) = wall%position
       if (.not. wall%faces_up) clamp%lower(wall%axis) = wall%position
       call append_clamp(scene%clamp, clamp)
-      if (has_temperature) then
-        call input%report('WALL', i, 'TEMPERATURE', 'needs a wall on a plane of nodes with no '// &
-                          '&SHAPE behind it')
-      end if
+      do k = 1, 2
+        if (.not. input%given('WALL', i, trim(of_planes(k)))) cycle
+        call input%report('WALL', i, trim(of_planes(k)), 'needs a wall on a plane of nodes with '// &
+                          'no &SHAPE behind it')
+      end do
     end if
   end subroutine read_wall
 

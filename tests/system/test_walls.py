@@ -324,3 +324,34 @@ def test_turning_tool_over_a_sliding_wall(run, tmp_path):
     free = run(tmp_path / "free.nml", "--quiet").results("free").history()
     assert held["tool_torque[Nm]"].max() == pytest.approx(free["tool_torque[Nm]"].max(), rel=0.03)
     assert abs(held["temperature_max[K]"].max() - free["temperature_max[K]"].max()) < 40.0
+
+
+GRADED = {"GRID.GRADED": "xz", "GRID.FINE": "0,12e-3,-3e-3,2e-3", "GRID.UPPER": "31e-3,16e-3,6e-3",
+          "GRID.LARGEST_CELL": 2e-3}
+
+
+@pytest.mark.parametrize("sets, ranks, pull", [
+    ({}, 1, 0.2), ({"METHOD.SHAPE": "bspline"}, 3, 0.4), ({"METHOD.SHAPE": "cpgimp"}, 2, None),
+    ({**GRADED, "METHOD.SHAPE": "bspline"}, 2, None)])
+def test_block_rubs_on_a_wall(run, sets, ranks, pull):
+    """Exact: friction is 0.3 of the normal impulse, opposite to the motion, while the block slides; the wall
+    takes the energy that the block loses. A pull of 0.2 of the pressing force does not move it, of one of 0.4
+    a quarter accelerates it."""
+    results = run("wall_friction", "--quiet", ranks=ranks, sets=sets).results("wall_friction")
+    history, state = results.history(), results.checkpoint()
+    mass, pressed = 128e-6, 2.0 * (state.time - 0.5e-4)   # [kg], [N s]
+    friction = 0.3 * pressed * np.array([3.0, 1.0]) / math.hypot(3.0, 1.0)
+    impulse = np.array([history.impulse(f"wall_zmin_force_{axis}[N]") for axis in "xyz"])
+    v = state.mass @ state.v / mass
+    print(impulse / pressed, v)
+    assert impulse[2] == pytest.approx(pressed, rel=0.02)
+    assert impulse[:2] == pytest.approx(-friction, rel=0.01)
+    assert v[:2] == pytest.approx([3.0, 1.0] - friction / mass, abs=0.01)
+    assert np.abs(history["audit_error[%]"]).max() < 1e-3
+    if pull is None:
+        return
+    sets = {**sets, "BODY.VELOCITY": "0,0,0", "LOAD.FORCE": f"{2.0 * pull},0,-2"}
+    end = run("wall_friction", "--quiet", ranks=ranks, sets=sets).results("wall_friction").checkpoint()
+    v = end.mass @ end.v / mass
+    print(pull, v)
+    assert v[:2] == pytest.approx([max(0.0, pull - 0.3) * pressed / mass, 0.0], abs=0.02)
