@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> Coulomb friction on walls that are mirrors. Reflection leaves the force that presses on the wall
-!> at the nodes on it (boundary_symmetry). The tangential velocity at the wall, sum w v over the node
+!> at the nodes on it (boundary_symmetry). The tangential velocity at the wall, sum w v of the node
 !> on it and the one in front, is brought towards rest by an impulse w lambda on both, at most the
 !> coefficient times the pressing impulse. Such a projection cannot add energy. The shear strength
 !> of the metal needs no limit of its own: the stress of the particles beside the wall has it.
@@ -36,7 +36,7 @@ contains
           g([lane, 4 + lane], q) = 0.0_rp
         end associate
       end do
-      do axis = 1, 3                            ! walls meet at nodes: in the same order on all ranks
+      do axis = 1, 3                            ! the same order on all ranks where walls meet
         do i = 1, size(pressing)
           associate (wall => sim%scene%symmetry(plane(2, i)))
             if (wall%axis == axis .and. wall%friction > 0.0_rp) then

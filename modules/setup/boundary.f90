@@ -130,8 +130,8 @@ contains
       call append_clamp(scene%clamp, clamp)
       do k = 1, 2
         if (.not. input%given('WALL', i, trim(of_planes(k)))) cycle
-        call input%report('WALL', i, trim(of_planes(k)), 'needs a wall on a plane of nodes with '// &
-                          'no &SHAPE behind it')
+        call input%report('WALL', i, trim(of_planes(k)), &
+                          'needs a wall on a plane of nodes with no &SHAPE behind it')
       end do
     end if
   end subroutine read_wall
