@@ -6,7 +6,7 @@
     build/venv/bin/python benchmarks/welds/run.py --page
 
 The rule (docs/welds.md): library metal of welds, a tool of hot work steel with friction of 0.4 times the pressure up to the metal's shear
-strength, a steel backing plate behind a film of 1000 W/(m2 K) and 50 more for each MPa, the sheet held on it, sheet without end
+strength, a steel backing plate behind a film of 1000 W/(m2 K) and 50 more for each MPa, friction of 0.4 on it, cold sheet without end
 beyond the sides, the centre of the face 0.2 mm below the surface or half the metal below the rim of the tip. Cells: a third of the thickness up to 4 mm, else a
 quarter. Results are means of the last second. A variant has other cells or another mass scaling, for the numerical error;
 --set changes one thing of the rule.
@@ -79,7 +79,7 @@ def text_of(name, variant):
     cells, scaling = VARIANTS.get(variant, (1.0, 1e6))
     h = w["thickness"] / (3 if w["thickness"] <= 4.0 else 4) * cells
     radius = w["shoulder"] / 2
-    size_x, size_y = 5.0 * radius, 4.5 * radius
+    size_x, size_y = h * round(5.0 * radius / h), 2 * h * round(2.25 * radius / h)    # walls on nodes
     tilt = np.radians(w["tilt"])
     lowers = w["pin"] / 2 * np.sin(tilt)    # by the tilt the rim of the tip is lower than its centre
     start, above = 1.8 * radius, max(0.1, lowers + 0.05)
@@ -125,7 +125,8 @@ def text_of(name, variant):
 &MOTION TOOL = 'tool', VELOCITY = {w["speed"] * MM:.6g}, 0, 0, SPIN_RPM = {w["rpm"]}, RAMP = 0.2{force} /
 &METHOD DEBRIS = 0.05 /
 &WALL SIDE = 'zmin', FRICTION = {FRICTION} /
-&HEAT AMBIENT = {ambient} /
+{"".join(f"&WALL SIDE = '{side}', POSITION = {place * MM:.6g} /{chr(10)}" for side, place in
+         (("xmin", 0), ("xmax", size_x), ("ymin", 0), ("ymax", size_y)))}&HEAT AMBIENT = {ambient} /
 {surfaces}{probes}&OUTPUT FRAME_INTERVAL = 100, HISTORY_INTERVAL = 0.05, CHECKPOINT_INTERVAL = 1000 /
 """
 
