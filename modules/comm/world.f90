@@ -55,17 +55,36 @@ contains
 
   !> Start MPI (without mpirun one rank). Shared file pointers of Open MPI are disabled: they use a
   !> named semaphore of the node, which a killed run leaves locked and whose name cannot hold long
-  !> paths.
+  !> paths. A program that no launcher started needs no daemon of Open MPI beside it, no directory
+  !> for that (which single processes would share), and no search for networks.
   subroutine start_world(world)
     type(world_t), intent(out) :: world
 
     call set_default_variable('OMPI_MCA_sharedfp', 'individual')
+    if (.not. has_launcher()) then
+      call set_default_variable('OMPI_MCA_ess_singleton_isolated', '1')
+      call set_default_variable('OMPI_MCA_orte_create_session_dirs', '0')
+      call set_default_variable('OMPI_MCA_pml', 'ob1')
+    end if
     call mpi_init()
     world%comm = mpi_comm_world
     call mpi_comm_rank(world%comm, world%rank)
     call mpi_comm_size(world%comm, world%size)
     call set_abort_hook(abort_world)
   end subroutine start_world
+
+  !> True if the environment has variables of mpirun, PMIx, PMI or Slurm.
+  logical function has_launcher()
+    character(18), parameter :: names(6) = [character(18) :: 'OMPI_UNIVERSE_SIZE', 'PMIX_RANK', &
+                                            'PMIX_NAMESPACE', 'PMI_RANK', 'PMI_FD', 'SLURM_PROCID']
+    integer :: i, status
+
+    has_launcher = .false.
+    do i = 1, size(names)
+      call get_environment_variable(trim(names(i)), status=status)
+      has_launcher = has_launcher .or. status /= 1
+    end do
+  end function has_launcher
 
   subroutine end_world()
     call mpi_finalize()

@@ -69,7 +69,7 @@ class Process:
     def __init__(self, scene, directory, *options):
         self.log = open(directory / "log.txt", "a+", encoding="utf-8")
         self.begun = time.monotonic()
-        self.process = subprocess.Popen(scene.command(directory, *options), cwd=directory, env=driver.environment_of(scene.ranks),
+        self.process = subprocess.Popen(scene.command(directory, *options), cwd=directory, env=driver.ENVIRONMENT,
                                         stdout=self.log, stderr=subprocess.STDOUT, start_new_session=True)
 
     def ranks(self):

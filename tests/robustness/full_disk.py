@@ -40,7 +40,7 @@ def build(directory):
 
 def run(scene, directory, library=None, file="", room=0, options=()):
     """Exit status and what was said."""
-    environment = driver.environment_of(scene.ranks)
+    environment = driver.ENVIRONMENT
     if library:
         environment |= {"LD_PRELOAD": str(library), "SMALL_DISK_FILE": scene.name + file, "SMALL_DISK_BYTES": str(room)}
     done = subprocess.run(scene.command(directory, *options), cwd=directory, env=environment, capture_output=True, text=True, timeout=120)

@@ -37,10 +37,6 @@ ENVIRONMENT = dict(
     OMPI_MCA_pml="ob1",
 )
 
-# Without mpirun a start takes 0.1 s less without the daemon that Open MPI puts beside a single process, for
-# MPI_Comm_spawn alone, and without its folder in /tmp, which all single processes would share.
-ALONE = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_orte_create_session_dirs": "0"}
-
 # For python -m stirpost: the package of this tree, installed or not.
 POSTPROC = ENVIRONMENT | {"PYTHONPATH": str(ROOT / "postproc")}
 
@@ -76,10 +72,6 @@ def command_of(name, options, ranks, sets):
     return words + [str(option) for option in options]
 
 
-def environment_of(ranks):
-    return ENVIRONMENT | (ALONE if ranks is None else {})
-
-
 @dataclasses.dataclass
 class Done:
     """A finished run: exit status, what it printed, and its results."""
@@ -100,7 +92,7 @@ def run(name, *options, directory, ranks=None, sets=None, expect=WELL, timeout=1
     words = command_of(name, options, ranks, sets)
     begun = time.monotonic()
     done = subprocess.run(
-        words, cwd=directory, env=environment_of(ranks), capture_output=True, text=True, timeout=timeout
+        words, cwd=directory, env=ENVIRONMENT, capture_output=True, text=True, timeout=timeout
     )
     if expect is not None:
         assert done.returncode == expect, f"{' '.join(words)}\n{done.stdout}\n{done.stderr}"
@@ -143,7 +135,7 @@ class Started:
         self.process = subprocess.Popen(
             command_of(name, options, ranks, sets),
             cwd=directory,
-            env=environment or environment_of(ranks),
+            env=environment or ENVIRONMENT,
             stdout=self.log,
             stderr=subprocess.STDOUT,
         )

@@ -247,7 +247,7 @@ def test_limits_are_those_of_keys():
     for line in table.splitlines():
         (group, key), low, high = line.split()[0].split("."), *map(float, line.split()[1:3])
         if group not in groups:
-            groups[group] = subprocess.run([driver.EXECUTABLE, f"--keys={group}"], env=driver.environment_of(None), capture_output=True,
+            groups[group] = subprocess.run([driver.EXECUTABLE, f"--keys={group}"], env=driver.ENVIRONMENT, capture_output=True,
                                            text=True, check=True).stdout
         told = re.search(rf"^  {key} .*", groups[group], re.M)[0]
         assert not re.search(r"and <= 1\)", told) or high <= 1.0, told
