@@ -14,7 +14,7 @@ module mapping_stability
   implicit none (type, external)
   private
 
-  public :: default_cfl, stable_step, wave_speed
+  public :: default_cfl, domain_factor, stable_step, wave_speed
 
   real(rp), parameter :: margin = 0.9_rp             !! safety factor for nodes lighter than those
                                                      !! measured
@@ -25,6 +25,11 @@ module mapping_stability
   !> plate gained energy.
   real(rp), parameter :: limit_selective = 0.842_rp
   real(rp), parameter :: apic_gain = 1.12_rp       !! from a limit of 0.531 measured with uGIMP
+  !> Half length of a domain [cells] below which the limit of uGIMP falls with its root: a node that
+  !> a face of a lattice enters has the squared frequency c^2/(l h^2). Blocks with 4, 5, 6 and 8
+  !> particles along an axis of a cell are stable at 0.473, 0.438, 0.374 and 0.346, and not at steps
+  !> longer by 8 %.
+  real(rp), parameter :: short_domain = 0.125_rp
   !> Exponent of the filter order: from limits of 0.376 and 0.531 at order 2, 0.282 and 0.398 at
   !> order 4.
   real(rp), parameter :: filter_power = -0.37_rp
@@ -42,17 +47,36 @@ module mapping_stability
   !> which only USL dissipates.
   real(rp), parameter :: contact_factor = 0.5_rp
 
+  !> Largest h^2 sum of slope^2/weight of a particle on an axis, at a half length of 1/4 [cells].
+  real(rp), parameter :: quarter_ratio = 28.0_rp/3.0_rp
+
 contains
+
+  !> Factors on the squared wave speeds of particles whose domains have the half lengths `half`
+  !> [cells], at least 1 (docs/method.md, time step).
+  pure function domain_factor(h, half) result(factor)
+    real(rp), intent(in) :: h(3)          !! edges of a cell [m]
+    real(rp), intent(in) :: half(:, :)    !! of particles, along x, y and z
+    real(rp) :: factor(size(half, 1)), ratio(size(half, 1), 3)
+    integer :: a
+
+    do a = 1, 3
+      ratio(:, a) = (minval(h)/h(a))**2*(2.0_rp/half(:, a) + 1.0_rp/(1.0_rp - half(:, a)))
+    end do
+    factor = max(1.0_rp, (sum(ratio, 2) + maxval(ratio, 2))/(4.0_rp*quarter_ratio))
+  end function domain_factor
 
   !> Default CFL number: time step over the time in which a wave crosses a cell, for this method,
   !> particle lattice and elasticity.
-  pure real(rp) function default_cfl(method, has_contact, is_sparse, poisson)
+  pure real(rp) function default_cfl(method, has_contact, is_sparse, shortest, poisson)
     type(method_t), intent(in) :: method
     logical, intent(in) :: has_contact             !! contact between bodies
     logical, intent(in) :: is_sparse               !! one particle per cell
+    real(rp), intent(in) :: shortest               !! half length of a domain of constant size
+                                                   !! [cells with the shortest edge]
     real(rp), intent(in) :: poisson                !! largest Poisson's ratio of the scene
 
-    default_cfl = limit_ugimp
+    default_cfl = limit_ugimp*sqrt(min(1.0_rp, shortest/short_domain))
     if (method%is_bspline) default_cfl = limit_bspline
     if (method%scales_light_nodes) default_cfl = limit_selective
     if (is_sparse .and. method%is_bspline) default_cfl = sparse_factor*default_cfl

@@ -89,17 +89,16 @@ contains
     end do
   end subroutine trial_state
 
-  !> Kirchhoff stress from the deviator `tau` (in) and J; largest squared wave speed times density,
-  !> K Je^2 + 4/3 G tr(Bbar)/3 [Pa], over the first `n` lanes.
-  subroutine finish_state(n, k, g, expansion, t_ref, temp, j, mean, tau, stiffness)
-    integer, intent(in) :: n                   !! particles in the block
+  !> Kirchhoff stress from the deviator `tau` (in) and J; squared wave speeds times density,
+  !> K Je^2 + 4/3 G tr(Bbar)/3.
+  subroutine finish_state(k, g, expansion, t_ref, temp, j, mean, tau, stiffness)
     real(rp), intent(in) :: k, g               !! bulk and shear modulus [Pa]
     real(rp), intent(in) :: expansion          !! linear thermal expansion [1/K]
     real(rp), intent(in) :: t_ref              !! temperature without thermal strain [K]
     real(rp), intent(in) :: temp(nlane)        !! [K]
     real(rp), intent(in) :: j(nlane), mean(nlane)
     real(rp), intent(inout) :: tau(nlane, 6)   !! [Pa]
-    real(rp), intent(inout) :: stiffness       !! running maximum [Pa]
+    real(rp), intent(out) :: stiffness(nlane)  !! [Pa]
     real(rp) :: je2(nlane), c
     integer :: p
 
@@ -117,11 +116,7 @@ contains
       tau(p, 1) = tau(p, 1) + c
       tau(p, 2) = tau(p, 2) + c
       tau(p, 3) = tau(p, 3) + c
-    end do
-    !$omp simd private(c) reduction(max: stiffness)
-    do p = 1, n
-      c = k*je2(p) + (4.0_rp/3.0_rp)*g*mean(p)
-      stiffness = max(stiffness, merge(c, huge(1.0_rp), c <= huge(1.0_rp)))   ! NaN counts as huge
+      stiffness(p) = k*je2(p) + (4.0_rp/3.0_rp)*g*mean(p)
     end do
   end subroutine finish_state
 
@@ -173,15 +168,14 @@ contains
     end do
   end subroutine change_decoupled
 
-  !> Kirchhoff stress from Bbar and J; upper bound of the squared wave speed times density, lambda
-  !> (1 - ln J) + mu (1 + b_max) [Pa], over the first `n` lanes: b_max is the largest row sum of b,
-  !> an upper bound of its eigenvalues. Shear waves have mu b_max only.
-  pure subroutine finish_coupled(n, lambda, mu, j, b, tau, stiffness)
-    integer, intent(in) :: n                       !! particles in the block
+  !> Kirchhoff stress from Bbar and J; upper bounds of the squared wave speeds times density, lambda
+  !> (1 - ln J) + mu (1 + b_max): b_max is the largest row sum of b, an upper bound of its
+  !> eigenvalues. Shear waves have mu b_max only.
+  pure subroutine finish_coupled(lambda, mu, j, b, tau, stiffness)
     real(rp), intent(in) :: lambda, mu             !! Lame's constants [Pa]
     real(rp), intent(in) :: j(nlane), b(nlane, 6)  !! J, Bbar
     real(rp), intent(out) :: tau(nlane, 6)         !! [Pa]
-    real(rp), intent(inout) :: stiffness           !! running maximum [Pa]
+    real(rp), intent(out) :: stiffness(nlane)      !! [Pa]
     real(rp) :: log_j(nlane), scale(nlane), c
     integer :: p
 
@@ -200,13 +194,12 @@ contains
       tau(p, 5) = scale(p)*b(p, 5)
       tau(p, 6) = scale(p)*b(p, 6)
     end do
-    !$omp simd private(c) reduction(max: stiffness)
-    do p = 1, n
-      c = scale(p)*max(b(p, 1) + abs(b(p, 4)) + abs(b(p, 6)), &
-                       b(p, 2) + abs(b(p, 4)) + abs(b(p, 5)), &
-                       b(p, 3) + abs(b(p, 5)) + abs(b(p, 6))) &
-          + max(0.0_rp, lambda*(1.0_rp - log_j(p)) + mu)
-      stiffness = max(stiffness, merge(c, huge(1.0_rp), c <= huge(1.0_rp)))   ! NaN counts as huge
+    !$omp simd
+    do p = 1, nlane
+      stiffness(p) = scale(p)*max(b(p, 1) + abs(b(p, 4)) + abs(b(p, 6)), &
+                                  b(p, 2) + abs(b(p, 4)) + abs(b(p, 5)), &
+                                  b(p, 3) + abs(b(p, 5)) + abs(b(p, 6))) &
+                     + max(0.0_rp, lambda*(1.0_rp - log_j(p)) + mu)
     end do
   end subroutine finish_coupled
 
@@ -237,12 +230,11 @@ contains
     real(rp), intent(in) :: mass(nlane), b(nlane, 6), before(nlane), after(nlane)
     real(rp), intent(inout) :: tau(nlane, 6)   !! [Pa]
     real(rp), intent(out) :: energy
-    real(rp) :: unused, slope(nlane)
+    real(rp) :: unused(nlane), slope(nlane)
     integer :: p
 
     slope = (tau(:, 1) + tau(:, 2) + tau(:, 3))/before
-    unused = 0.0_rp
-    call finish_coupled(n, lambda, mu, after, b, tau, unused)
+    call finish_coupled(lambda, mu, after, b, tau, unused)
     slope = slope + (tau(:, 1) + tau(:, 2) + tau(:, 3))/after
     energy = 0.0_rp
     !$omp simd reduction(+: energy)

@@ -27,7 +27,7 @@ contains
   !> Advance the state of a block by `dt` with velocity gradient `l` [1/s]; the law reads the nodal
   !> temperature `t_node` interpolated to the particles [K].
   subroutine stress_block(material, n, dt, l, t_node, mass, b, j, alpha, temp, tau, rate, flow, &
-                          n_state, state, sums)
+                          n_state, state, sums, factor)
     type(material_t), intent(in) :: material
     integer, intent(in) :: n
     real(rp), intent(in) :: dt, l(nlane, 9), t_node(nlane), mass(nlane)
@@ -36,8 +36,8 @@ contains
     integer, intent(in) :: n_state                     !! at least that of the law
     real(rp), intent(inout) :: state(nlane, n_state)   !! internal variables of the law
     type(stress_sums_t), intent(inout) :: sums
-    real(rp), dimension(nlane) :: before, q, mean, x, g3
-    real(rp) :: stiffness
+    real(rp), intent(in), optional :: factor(nlane)    !! on the squared wave speeds
+    real(rp), dimension(nlane) :: before, q, mean, x, g3, stiffness
     logical :: has_table, plastic
 
     sums%stress_work = sums%stress_work + 0.5_rp*dt/material%rho*stress_power(n, mass, tau, l)
@@ -58,10 +58,10 @@ contains
         rate = 0.0_rp
       end if
     end if
-    stiffness = 0.0_rp
-    call total_stress(material, n, t_node, b, j, mean, tau, stiffness)
+    call total_stress(material, t_node, b, j, mean, tau, stiffness)
+    if (present(factor)) stiffness = factor*stiffness
     sums%stress_work = sums%stress_work + 0.5_rp*dt/material%rho*stress_power(n, mass, tau, l)
-    sums%stiffness = max(sums%stiffness, stiffness/material%rho)
+    sums%stiffness = max(sums%stiffness, largest(n, stiffness)/material%rho)
   end subroutine stress_block
 
   !> Kirchhoff stress of elastic states, and the largest squared wave speed of the first `n`.
@@ -72,26 +72,38 @@ contains
     real(rp), intent(inout) :: b(nlane, 6), j(nlane)      !! Bbar and J, unchanged
     real(rp), intent(out) :: tau(nlane, 6)                !! [Pa]
     real(rp), intent(out) :: wave2                        !! [m2/s2]
-    real(rp) :: l(nlane, 9), q(nlane), mean(nlane), stiffness
+    real(rp) :: l(nlane, 9), q(nlane), mean(nlane), stiffness(nlane)
 
     l = 0.0_rp
-    stiffness = 0.0_rp
     call trial_state(0.0_rp, material%g, l, b, j, tau, q, mean)
-    call total_stress(material, n, temp, b, j, mean, tau, stiffness)
-    wave2 = stiffness/material%rho
+    call total_stress(material, temp, b, j, mean, tau, stiffness)
+    wave2 = largest(n, stiffness)/material%rho
   end subroutine elastic_stress
 
-  !> Kirchhoff stress from the state, or with the decoupled energy from its deviator in `tau`.
-  subroutine total_stress(material, n, temp, b, j, mean, tau, stiffness)
-    type(material_t), intent(in) :: material
+  !> Largest of the first `n` values; NaN counts as huge.
+  pure real(rp) function largest(n, x)
     integer, intent(in) :: n
+    real(rp), intent(in) :: x(nlane)
+    integer :: p
+
+    largest = 0.0_rp
+    !$omp simd reduction(max: largest)
+    do p = 1, n
+      largest = max(largest, merge(x(p), huge(1.0_rp), x(p) <= huge(1.0_rp)))
+    end do
+  end function largest
+
+  !> Kirchhoff stress from the state, or with the decoupled energy from its deviator in `tau`.
+  subroutine total_stress(material, temp, b, j, mean, tau, stiffness)
+    type(material_t), intent(in) :: material
     real(rp), intent(in) :: temp(nlane), b(nlane, 6), j(nlane), mean(nlane)
-    real(rp), intent(inout) :: tau(nlane, 6), stiffness
+    real(rp), intent(inout) :: tau(nlane, 6)
+    real(rp), intent(out) :: stiffness(nlane)   !! squared wave speeds times density [Pa]
 
     if (material%is_coupled) then
-      call finish_coupled(n, material%lambda(), material%g, j, b, tau, stiffness)
+      call finish_coupled(material%lambda(), material%g, j, b, tau, stiffness)
     else
-      call finish_state(n, material%k, material%g, material%expansion, material%t_ref, temp, j, &
+      call finish_state(material%k, material%g, material%expansion, material%t_ref, temp, j, &
                         mean, tau, stiffness)
     end if
   end subroutine total_stress

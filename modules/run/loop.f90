@@ -8,7 +8,7 @@ module run_loop
   use base_timers, only: ph_conduction, ph_exchange, ph_output, ph_sorting, wall_time
   use heat_conduction, only: conduct, conduction_is_due, conduction_step
   use mapping_blocks, only: start_rigid
-  use mapping_stability, only: stable_step
+  use mapping_stability, only: domain_factor, stable_step
   use output_checkpoint, only: broken_path, checkpoint_path, save_checkpoint
   use output_diagnostics, only: is_finite, describe_failure
   use output_totals, only: energies, energies_t
@@ -52,6 +52,9 @@ contains
     do b = 1, size(sim%scene%body)
       most(1) = max(most(1), sim%scene%body(b)%start%wave2)
     end do
+    if (sim%scene%layout%half > 0) most(1) = most(1) &
+      *maxval([(domain_factor(sim%scene%grid%h, reshape(sim%scene%domain(b), [1, 3])), &
+                b=1, size(sim%scene%body))])
     call sim%world%max(most)
     sim%clock%stiffness = most(1)
     sim%clock%max_speed = sqrt(most(2))

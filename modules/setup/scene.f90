@@ -21,7 +21,7 @@ module setup_scene
   use setup_heat_sources, only: check_heat_sense
   use setup_materials, only: check_properties, read_materials
   use setup_method, only: is_sparse, lay_out_laws, read_elastic_scaling, read_flow, &
-                          read_selective_scaling, read_sleeping
+                          read_selective_scaling, read_sleeping, shortest_domain
   use setup_motions, only: check_paths
   use setup_sinks, only: read_backings, read_tool_heat
   use setup_tools, only: read_tools
@@ -162,6 +162,7 @@ contains
     call read_selective_scaling(input, scene, tool)
     associate (m => scene%method)
       if (m%cfl <= 0.0_rp) m%cfl = default_cfl(m, input%count('CONTACT') > 0, is_sparse(scene, 3), &
+                                               shortest_domain(scene), &
                                                maxval([0.0_rp, scene%material%poisson()]))
     end associate
     call read_sleeping(input, scene, tool)

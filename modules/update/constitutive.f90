@@ -5,6 +5,7 @@ module update_constitutive
   use base_kinds, only: nlane, rp
   use mapping_blocks, only: body_work
   use mapping_fbar, only: relax_volume
+  use mapping_stability, only: domain_factor
   use particles_store, only: f_bbar, f_flow, f_jac, f_mass, f_plastic, f_pos, f_rate, f_tau, &
                              f_temp
   use physics_flow_law, only: flow_law_t, max_warnings
@@ -82,12 +83,16 @@ contains
     type(outcome_t), intent(inout) :: outcome
     type(stress_sums_t) :: sums
     real(rp) :: temp(nlane)
+    real(rp), allocatable :: factor(:)   !! of cpGIMP alone
 
     temp = ps(:, f_temp)
+    associate (half => sim%scene%layout%half)
+      if (half > 0) allocate (factor, source=domain_factor(sim%scene%grid%h, ps(:, half:half + 2)))
+    end associate
     call stress_block(sim%scene%material(sim%scene%body(body)%material), n, dt, l, temp, &
                       ps(1, f_mass), ps(1, f_bbar), ps(1, f_jac), ps(1, f_plastic), ps(1, f_temp), &
                       ps(1, f_tau), ps(1, f_rate), ps(1, f_flow), sim%scene%layout%n_law, &
-                      ps(1, sim%scene%layout%law), sums)
+                      ps(1, sim%scene%layout%law), sums, factor)
     sim%budget%sums(e_plastic) = sim%budget%sums(e_plastic) + sums%plastic_work
     sim%budget%sums(e_stress) = sim%budget%sums(e_stress) + sums%stress_work
     sim%budget%failed_returns = sim%budget%failed_returns + sums%failed

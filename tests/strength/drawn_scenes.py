@@ -221,7 +221,6 @@ def scene(draw):
     at = [side / 2.0 if draw.random() < 0.7 else draw.uniform(0.0, 1.0) * radius for _ in "xy"]  # also over an edge or corner
     spin = draw.choice([300, 1000, 2000])
     more = draw.choice(["", "", "", ", ELASTIC_SCALING = 10", ", MASS_SCALING_RANGE = 1e5, 1e6"])
-    more += ", CFL = 0.2" if sheet.shape == "cpgimp" and sheet.graded == "none" else ""    # for domains that stretch
     lines = [
         "&RUN TITLE = 'a drawn scene' /",
         grid(sheet, has_wall_x),

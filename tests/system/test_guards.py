@@ -13,7 +13,7 @@ import pytest
 
 CELL = 1e-3  # [m]
 BLOCK = driver.ROOT / "benchmarks/stability/block.nml"
-METHODS = [{"METHOD.SHAPE": shape, "METHOD.SELECTIVE_SCALING": "off"} for shape in ("ugimp", "bspline")] + [
+METHODS = [{"METHOD.SHAPE": shape, "METHOD.SELECTIVE_SCALING": "off"} for shape in ("ugimp", "bspline", "cpgimp")] + [
     {"METHOD.SHAPE": "bspline", "METHOD.SELECTIVE_SCALING": "on"},
     {"METHOD.SHAPE": "ugimp", "METHOD.TRANSFER": "apic"},
     {"METHOD.SHAPE": "bspline", "METHOD.TRANSFER": "apic"},
@@ -23,10 +23,10 @@ METHODS = [{"METHOD.SHAPE": shape, "METHOD.SELECTIVE_SCALING": "off"} for shape 
 
 def drawn_block(draw, is_graded):
     """A free block of 4 x 4 x 4 cells at a drawn offset from the grid, which is uniform or graded, as overrides."""
-    method = draw.choice(METHODS[1:3] if is_graded else METHODS)
+    method = draw.choice([METHODS[1], METHODS[3]] if is_graded else METHODS)
     is_selective = method.get("METHOD.SELECTIVE_SCALING") == "on"
     edges = (1, 1, 1) if is_selective or is_graded else draw.choice([(1, 1, 1), (1, 1, 2), (2, 2, 1), (1, 1, 4), (4, 4, 1), (1, 2, 3)])
-    counts = [draw.choice([2, 3, 4] if is_selective else [1, 1, 2, 3]) for _ in range(3)]
+    counts = [draw.choice([2, 3, 4] if is_selective else [1, 1, 2, 3] if is_graded else [1, 1, 2, 3, 6]) for _ in range(3)]
     shift = [draw.random() for _ in range(3)]
 
     def text(*cells):

@@ -110,6 +110,22 @@ def test_other_methods_do_not_depend_on_the_number_of_ranks(run, alone, shape, s
     assert max(apart.values()) <= 1e-10, apart
 
 
+@pytest.mark.parametrize("ranks", [1, 2, 3])
+def test_step_of_short_domains_does_not_depend_on_the_number_of_ranks(run, alone, ranks):
+    """Exact: with cpGIMP default steps follow the shortest domains: time and state after 100 of them as on one
+    rank, to 1e-10 of the largest value; bit for bit if they are stopped after 50 and continued."""
+    sets = dict(METHOD__SHAPE="cpgimp", BODY__PARTICLES_PER_CELL="2,2,4", TIME__DT=0, TIME__MAX_STEPS=100)
+    one = alone("block", **sets).checkpoint()
+    results = run("block", "--quiet", ranks=ranks, sets=dots(sets)).results("block")
+    many = results.checkpoint()
+    assert one.step == many.step == 100 and many.time == pytest.approx(one.time, rel=1e-12)
+    assert max(driver.distance(one, many, STATE).values()) <= 1e-10
+    run("block", "--quiet", "--overwrite", ranks=ranks, sets=dots(sets) | {"TIME.MAX_STEPS": 50})
+    run(None, "--quiet", "--restart", results.path("_checkpoint.h5"), ranks=ranks, sets={"TIME.MAX_STEPS": 100})
+    again = results.checkpoint()
+    assert again.time == many.time and set(driver.distance(many, again, STATE).values()) == {0.0}
+
+
 def test_frequent_repartition_changes_nothing(run, alone):
     """Exact: sorting every 5 steps and dividing the grid anew at any imbalance (REBALANCE = 1) gives the
     state of one process with the default intervals to 1e-10 after 1000 steps."""
