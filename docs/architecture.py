@@ -20,7 +20,7 @@ MOST_PASSED = 35             # files that a step with a tool passes, above the s
 MOST_CALLS = 6               # from take_step to a kernel
 MOST_ARGUMENTS = 10         # of a procedure of these layers that a step with a tool calls
 # Layers whose procedures may take the whole simulation:
-WHOLE = {"simulation", "boundary", "update", "contact", "heat", "sleep", "output", "step", "run", "front"}
+WHOLE = {"simulation", "boundary", "update", "contact", "heat", "hooks", "sleep", "output", "step", "run", "front"}
 
 SERVICES = {"base", "comm", "grid", "particles"}   # memory, messages, numbers of nodes, storage
 STEP_BEGINS = ("step_advance", "take_step")
@@ -37,12 +37,14 @@ NOT_ENTERED = {
     "update_prescribed": "known fields",
     "update_tractions": "tractions",
     "mapping_probes": "probes",
+    "simulation_parts.after_nodes": "hooks",
     "physics_flow_law": "laws with internal variables; its procedures are empty defaults for the others",
 }
 # Layers of which a step enters one extension of a type, and what that rests on.
 ENTERED = {
     "conditions": set(),      # walls, and clamps whose nodes move alike, are not asked
     "flow_laws": {"flow_laws_johnson_cook"},
+    "hooks": set(),
     "tool_shapes": {"tool_shapes_revolved", "tool_shapes_shape", "tool_shapes_shoulder"},
 }
 # Blocks come back from the grid while sums of contact are on their way: no way of its own to the kernels.

@@ -53,8 +53,7 @@ contains
     if (is_read) then
       if (input%has_required_groups() .and. &
           (input%diagnostics%count() == 0 .or. input%is_short())) then
-        call build_scene(input, sim%scene, sim%tool, sim%backing, sim%source, sim%probes, &
-                         sim%tracers)
+        call build_scene(input, sim%scene, sim%tool, sim%backing, sim%hook, sim%probes, sim%tracers)
         sim%clock%mass_scaling = sim%scene%method%mass_scaling
       end if
     end if

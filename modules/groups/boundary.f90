@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Keys of &WALL, &LOAD, &TRACTION, &CONTACT, &HEAT, &SURFACE and &SOURCE; those of clamps are in
+!> Keys of &WALL, &LOAD, &TRACTION, &CONTACT, &HEAT and &SURFACE; those of clamps are in
 !> conditions_list.
 module groups_boundary
   use conditions_list, only: add_clamp_keys
@@ -71,14 +71,13 @@ contains
     call t%may_change('TRACTION', 'PRESSURE VECTOR')
   end subroutine add_boundary
 
-  !> Add the rows of &HEAT, &SURFACE and &SOURCE to the table.
+  !> Add the rows of &HEAT and &SURFACE to the table.
   subroutine add_heat(t)
     type(key_table_t), intent(inout) :: t
 
     call add_conduction(t)
     call add_surface(t)
     call add_backing(t)
-    call add_source(t)
     call t%may_change('HEAT', 'FOURIER SOLVER TOLERANCE STEP EVERY')
   end subroutine add_heat
 
@@ -159,43 +158,5 @@ contains
       '[0,inf)', 'film to AMBIENT at the far side of the plate, or of the body of one '// &
       'temperature, over the area of the face')
   end subroutine add_backing
-
-  !> Rows of &SOURCE.
-  subroutine add_source(t)
-    type(key_table_t), intent(inout) :: t
-
-    call t%group('SOURCE', 'repeat', 'A moving source of heat.')
-    call t%key('KIND', 'choice', 1, '', 'disc', 'disc ball stir', &
-      'disc: on the surface within RADIUS of its axis (z); ball: in the volume; stir: heat '// &
-      'alone, a disc that spins on the surface and shears it: SHARE times shear stress, spin '// &
-      'and radius')
-    call t%key('POWER', 'real', 1, 'W', 'required if KIND = disc or ball', '', &
-      'total power, all of it on what the source covers')
-    call t%key('POSITION', 'real', 3, 'm', 'required', '', 'centre at t = 0')
-    call t%key('VELOCITY', 'real', 3, 'm/s', '0 0 0', '', 'of the centre')
-    call t%key('RADIUS', 'real', 1, 'm', 'required', '(0,inf)', 'extent of the source')
-    call t%key('BEGIN', 'real', 1, 's', '0', '[0,inf)', 'time of the start')
-    call t%key('END', 'real', 1, 's', '0', '[0,inf)', 'time of the end; 0: never')
-    call t%key('SPIN_RPM', 'real', 1, '1/min', '0 if KIND = stir', '', 'stir: spin')
-    call t%key('CONTACT', 'choice', 1, '', 'sticking if KIND = stir', &
-      'sticking sliding limited mixed', &
-      'stir: the shear stress: yield stress over sqrt(3); FRICTION PRESSURE; the lesser; '// &
-      'SLIP sliding and the rest sticking')
-    call t%key('FRICTION', 'real', 1, '', '0 if CONTACT = sliding or limited or mixed', '[0,inf)', &
-      'stir: coefficient of friction')
-    call t%key('PRESSURE', 'real', 1, 'Pa', '0 if CONTACT = sliding or limited or mixed', &
-      '[0,inf)', 'stir: pressure under the tool')
-    call t%key('SLIP', 'real', 1, '', '0 if CONTACT = mixed', '[0,1]', &
-      'stir: part that slides if CONTACT = mixed')
-    call t%key('SHARE', 'real', 1, '', 'if KIND = stir', '[0,1]', &
-      'stir: part of the heat that enters the body; not given: e/(e + e_tool) with e = '// &
-      'sqrt(conductivity density specific heat)')
-    call t%key('TOOL_DENSITY', 'real', 1, 'kg/m3', '7800 if KIND = stir', '(0,inf)', &
-      'stir: for the SHARE')
-    call t%key('TOOL_SPECIFIC_HEAT', 'real', 1, 'J/(kg K)', '460 if KIND = stir', '(0,inf)', &
-      'stir: for the SHARE')
-    call t%key('TOOL_CONDUCTIVITY', 'real', 1, 'W/(m K)', '14.4 if KIND = stir', '[0,inf)', &
-      'stir: for the SHARE')
-  end subroutine add_source
 
 end module groups_boundary

@@ -7,6 +7,7 @@ module groups_table
   use groups_body, only: add_body, add_fields, add_material
   use groups_boundary, only: add_boundary, add_heat
   use groups_tool, only: add_tool
+  use hooks_list, only: add_hook_keys
   use input_key_table, only: key_table_t
   implicit none (type, external)
   private
@@ -206,6 +207,7 @@ contains
     call add_boundary(t)
     call add_fields(t)
     call add_heat(t)
+    call add_hook_keys(t)
     call add_output(t)
     call add_paths(t)
   end function key_table

@@ -8,7 +8,6 @@ module heat_conduction
   use heat_nodes, only: centre_increment, gather_flux, gather_temperature, smoothed_fraction, &
                         stable_conduction
   use heat_sinks, only: advance_sinks, films_vary, find_sinks, reset_contact_sums, sinks_t
-  use heat_sources, only: add_source_heat
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes
   use mapping_probes, only: update_probe_temperatures
@@ -60,9 +59,12 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: elapsed             !! time since the last conduction step [s]
     real(rp) :: remaining                       ! time not yet covered [s]
+    integer :: k
 
     call swap_lists(sim)
-    call add_source_heat(sim, elapsed)
+    do k = 1, size(sim%hook)
+      call sim%hook(k)%it%give_heat(sim, elapsed)
+    end do
     remaining = elapsed
     do
       call take_conduction_step(sim, elapsed, remaining)

@@ -135,6 +135,11 @@ contains
     end associate
     call pass_tools(sim, far, numbers)
     call pass_tracers(sim, numbers)
+    do a = 1, size(sim%hook)
+      associate (hook => sim%hook(a)%it)
+        call numbers%pass(size(hook%state), hook%state, 'the state of '//hook%name)
+      end associate
+    end do
   end subroutine pass_numbers
 
   !> Write or read the states of tools and backings.
@@ -213,6 +218,7 @@ contains
                             real(huge(1), rp))
       call numbers%pass(size(b%warnings), b%warnings, 'the number of warnings', 0.0_rp)
       call numbers%pass(size(b%impulse), b%impulse, 'the impulse of a wall or clamp [N s]')
+      call numbers%pass(size(b%hooks), b%hooks, 'a sum of a hook')
       do k = 1, size(sim%tool)
         call numbers%pass(n_tool_sums, sim%tool(k)%sums, 'a sum of a tool')
       end do

@@ -27,7 +27,7 @@ contains
     character(:), allocatable :: headings(:)
     type(row_t) :: row
 
-    call add_columns(sim, zero_totals(sim%scene, size(sim%tool)), zero_means(sim%scene), row)
+    call add_columns(sim, zero_totals(sim), zero_means(sim%scene), row)
     headings = row%headings()
   end function history_headings
 
@@ -55,7 +55,7 @@ contains
     type(micro_means_t), intent(in) :: micro
     type(row_t), intent(inout) :: row
     real(rp) :: per_second
-    integer :: k
+    integer :: i, k
 
     per_second = 0.0_rp                        ! in the first row
     if (sim%clock%time > sim%history%row_time) per_second = 1.0_rp/(sim%clock%time &
@@ -74,6 +74,14 @@ contains
     do k = 1, size(sim%scene%condition)
       call add_force(sim%scene%condition(k), (totals%impulse(:, k) &
                                               - sim%history%row_impulse(:, k))*per_second, row)
+    end do
+    do k = 1, size(sim%hook)
+      associate (hook => sim%hook(k)%it)
+        do i = 1, size(hook%column)
+          call row%add(trim(hook%name)//'_'//trim(hook%column(i)), trim(hook%unit(i)), &
+                       totals%hooks(hook%last + i))
+        end do
+      end associate
     end do
     call add_micro_columns(sim%scene, micro, row)
     if (.not. sim%scene%method%adapts_mass) return

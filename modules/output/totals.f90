@@ -10,7 +10,6 @@ module output_totals
   use state_run, only: d_elastic, d_kinetic, e_body, e_conduction, e_contact, e_film, e_friction, &
                        e_plastic, e_scaling, e_sleep, e_source, e_stress, e_tool, e_wall, &
                        e_wall_heat, n_sums
-  use state_scene, only: scene_t
   use tools_tool, only: n_tool_sums, s_friction, s_heat, s_normal_loss, s_to_plate, s_work
   implicit none (type, external)
   private
@@ -37,6 +36,7 @@ module output_totals
     real(rp), allocatable :: tool(:, :)      !! accumulated sums (n_tool_sums, tools)
     real(rp), allocatable :: face(:)         !! maximum temperature of each tool face [K]
     real(rp), allocatable :: impulse(:, :)   !! impulse of walls and clamps (3, n) [N s]
+    real(rp), allocatable :: hooks(:)        !! sums of the hooks
     real(rp) :: work = 0.0_rp                !! work of all tools [J]
     real(rp) :: friction = 0.0_rp            !! friction heat [J]
     real(rp) :: to_bodies = 0.0_rp           !! part of the friction heat that enters the bodies [J]
@@ -95,13 +95,13 @@ contains
     end do
   end function inertial_stress_ratio
 
-  !> Totals of zero, of the size for a scene with `n_tools` tools.
-  type(totals_t) function zero_totals(scene, n_tools) result(totals)
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: n_tools
+  !> Totals of zero.
+  type(totals_t) function zero_totals(sim) result(totals)
+    type(simulation_t), intent(in) :: sim
 
-    allocate (totals%tool(n_tool_sums, n_tools), totals%face(n_tools), &
-              totals%impulse(3, size(scene%condition)), source=0.0_rp)
+    allocate (totals%tool(n_tool_sums, size(sim%tool)), totals%face(size(sim%tool)), &
+              totals%impulse(3, size(sim%scene%condition)), &
+              totals%hooks(size(sim%budget%hooks)), source=0.0_rp)
   end function zero_totals
 
   !> Collective. Totals of the current state.
@@ -112,14 +112,14 @@ contains
     real(rp) :: maxima(4 + size(sim%tool))
     integer :: k, last
 
-    totals = zero_totals(sim%scene, size(sim%tool))
+    totals = zero_totals(sim)
     totals%now = energies(sim)
     associate (now => totals%now)
       maxima = [now%max_temperature, now%max_strain_rate, now%inertial_ratio, &
                 merge(0.0_rp, 1.0_rp, is_finite(sim%particles)), sim%tool%max_face_temperature]
       all = [sim%budget%sums, now%kinetic, now%elastic, now%heat, &
              (sim%tool(k)%sums, k=1, size(sim%tool)), &
-             reshape(sim%budget%impulse, [size(sim%budget%impulse)])]
+             reshape(sim%budget%impulse, [size(sim%budget%impulse)]), sim%budget%hooks]
       call sim%world%sum(all)
       call sim%world%max(maxima)
       totals%budget = all(1:n_sums)
@@ -130,6 +130,7 @@ contains
     last = n_sums + 3 + size(totals%tool)
     totals%tool = reshape(all(n_sums + 4:last), shape(totals%tool))
     totals%impulse = reshape(all(last + 1:), shape(totals%impulse))
+    totals%hooks = all(last + size(totals%impulse) + 1:)
     call balance_energies(sim, totals)
     totals%is_sound = maxima(4) <= 0.0_rp .and. .not. energy_diverges(sim, totals%now)
   end subroutine sum_totals

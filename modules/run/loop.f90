@@ -169,6 +169,7 @@ contains
     integer, intent(inout) :: status
     character(:), allocatable, intent(inout) :: message
     real(rp) :: dt
+    integer :: k
 
     call sort_if_due(sim, status, message)
     if (status /= ended_well) return
@@ -188,6 +189,9 @@ contains
       + sum(sim%particles%count(:sim%particles%n_awake))
     sim%exchange%balance%sum = sim%exchange%balance%sum + sim%exchange%balance%now
     sim%exchange%balance%worst = max(sim%exchange%balance%worst, sim%exchange%balance%now)
+    do k = 1, size(sim%hook)
+      call sim%hook(k)%it%after_step(sim, dt)
+    end do
     if (sim%scene%method%conducts) then
       if (conduction_is_due(sim, dt)) then
         call conduct(sim, sim%clock%time - sim%clock%heat_time)

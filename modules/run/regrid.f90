@@ -145,7 +145,7 @@ contains
     call find_far_force(sim, sleepers_stay .and. .not. patch_is_too_small)
     call mark_border(sim, is_sorted_anew)
     call list_to_grid_order(sim)
-    if (sim%nodes%n_groups > 1 .or. size(sim%source) > 0) call enclose_blocks(sim)
+    if (sim%nodes%n_groups > 1 .or. size(sim%hook) > 0) call enclose_blocks(sim)
     call measure_clearances(sim, is_sorted_anew)
     call list_to_particles_order(sim, is_sorted_anew)
     if (.not. is_sorted_anew) call note_balance(sim, 0)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Walls, clamps, tractions and sources of heat from the input. A wall on a plane of nodes with no
+!> Walls, clamps and tractions from the input. A wall on a plane of nodes with no
 !> material behind it is a plane of symmetry; any other wall is a clamp that holds the nodes at and
 !> behind it.
 module setup_boundary
@@ -11,12 +11,11 @@ module setup_boundary
   use grid_geometry, only: grid_t
   use input_key_table, only: find
   use input_values, only: input_t
-  use simulation_parts, only: source_ball, source_disc, source_t
   use state_scene, only: scene_t, traction_t
   implicit none (type, external)
   private
 
-  public :: read_conditions, read_sources, read_tractions, tractions_have_boxes, wall_of, wall_t
+  public :: read_conditions, read_tractions, tractions_have_boxes, wall_of, wall_t
 
   !> A wall as given in the input.
   type :: wall_t
@@ -257,32 +256,5 @@ contains
       call input%report('TRACTION', i, 'UPPER', 'must not be below LOWER')
     end if
   end subroutine read_traction
-
-  !> Read the moving heat sources.
-  subroutine read_sources(input, scene, source)
-    type(input_t), intent(in) :: input
-    type(scene_t), intent(in) :: scene
-    type(source_t), allocatable, intent(out) :: source(:)
-    integer :: i
-
-    allocate (source(input%count('SOURCE')))
-    do i = 1, size(source)
-      associate (s => source(i))
-        s%kind = merge(source_disc, source_ball, input%text('SOURCE', i, 'KIND') == 'disc')
-        s%power = input%real('SOURCE', i, 'POWER')
-        s%position = input%reals('SOURCE', i, 'POSITION', 3)
-        s%velocity = input%reals('SOURCE', i, 'VELOCITY', 3)
-        s%radius = input%real('SOURCE', i, 'RADIUS')
-        s%begin = input%real('SOURCE', i, 'BEGIN')
-        if (input%real('SOURCE', i, 'END') > 0.0_rp) s%end = input%real('SOURCE', i, 'END')
-        if (s%end <= s%begin) call input%report('SOURCE', i, 'END', 'must be after BEGIN')
-      end associate
-      if (.not. scene%method%conducts) then
-        call input%report('SOURCE', i, '', 'has no effect without a &HEAT group')
-      else if (scene%method%has_mechanics .and. .not. any(scene%material%conducts())) then
-        call input%report('SOURCE', i, '', 'has no effect without a &MATERIAL with CONDUCTIVITY')
-      end if
-    end do
-  end subroutine read_sources
 
 end module setup_boundary

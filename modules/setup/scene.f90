@@ -9,13 +9,14 @@ module setup_scene
   use grid_geometry, only: grade, grid_t, make_grid
   use grid_grading, only: grading_t, make_grading
   use heat_solvers_linear, only: by_cg, by_petsc
+  use hooks_list, only: read_hooks
   use input_key_table, only: find
   use input_values, only: input_t
   use mapping_probes, only: probes_t
   use mapping_stability, only: default_cfl
   use particles_tracers, only: tracers_t
   use setup_bodies, only: check_shapes, read_bodies, read_surfaces
-  use setup_boundary, only: read_conditions, read_sources, read_tractions, tractions_have_boxes
+  use setup_boundary, only: read_conditions, read_tractions, tractions_have_boxes
   use setup_contacts, only: read_contacts, read_gaps
   use setup_heat_scene, only: check_heat_scene
   use setup_heat_sources, only: check_heat_sense
@@ -26,7 +27,7 @@ module setup_scene
   use setup_sinks, only: read_backings, read_tool_heat
   use setup_tools, only: read_tools
   use setup_tracers, only: read_tracers
-  use simulation_parts, only: source_t
+  use simulation_parts, only: held_hook_t
   use state_scene, only: method_t, scene_t, scheme_usl, transfer_apic, transfer_fmpm, transfer_xpic
   use tools_backing, only: backing_t
   use tools_tool, only: tool_t
@@ -128,13 +129,13 @@ contains
     end do
   end subroutine check_grading
 
-  !> Fill the scene, the tools, backings, heat sources, probes and tracer positions.
-  subroutine build_scene(input, scene, tool, backing, source, probes, tracers)
+  !> Fill the scene, the tools, backings, hooks, probes and tracer positions.
+  subroutine build_scene(input, scene, tool, backing, hook, probes, tracers)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
     type(tool_t), allocatable, intent(inout) :: tool(:)
     type(backing_t), allocatable, intent(inout) :: backing(:)
-    type(source_t), allocatable, intent(inout) :: source(:)
+    type(held_hook_t), allocatable, intent(inout) :: hook(:)
     type(probes_t), intent(inout) :: probes
     type(tracers_t), intent(inout) :: tracers
 
@@ -150,7 +151,7 @@ contains
     call read_backings(input, scene, backing)
     call read_fields(input, scene)
     call read_tractions(input, scene)
-    call read_sources(input, scene, source)
+    call read_hooks(input, scene, hook)
     call check_shapes(input, scene)
     call read_conditions(input, scene)
     call read_tools(input, scene%body, scene%material, tool)

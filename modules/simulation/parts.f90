@@ -1,10 +1,12 @@
 ! SPDX-License-Identifier: MIT
 !> State of a running simulation: scene, this rank's part of it, constraints on its nodes, clock and
-!> budget.
+!> budget; and `hook_t`, by which users add physics to a step.
 module simulation_parts
   use base_kinds, only: i8, rp
   use base_timers, only: phase_timer_t
   use comm_world, only: world_t
+  use input_key_table, only: key_table_t
+  use input_values, only: input_t
   use mapping_nodes, only: nodes_t
   use mapping_probes, only: probes_t
   use particles_store, only: particles_t
@@ -18,8 +20,8 @@ module simulation_parts
   implicit none (type, external)
   private
 
-  public :: boundary_t, column_nodes_t, column_t, free_simulation, mirrors_t, simulation_t, &
-            source_t
+  public :: boundary_t, column_nodes_t, column_t, free_simulation, held_hook_t, hook_t, mirrors_t, &
+            simulation_t
 
   !> Three nodes across the face of a clamp that lies between nodes (boundary_clamps).
   type :: column_t
@@ -70,21 +72,43 @@ module simulation_parts
     type(mirrors_t) :: resting_mirrors        !! mirror nodes of all particles, if some sleep
   end type boundary_t
 
-  integer, parameter, public :: source_disc = 1, source_ball = 2   !! kinds of sources
+  !> Physics that a group of the input adds to a step. An extension overrides the places where it
+  !> acts; hooks_list makes one for each group.
+  type, abstract :: hook_t
+    character(32) :: name = ''               !! group and number, as in 'source1'
+    !> Names and units of its sums over steps and ranks: the columns NAME_column of the history.
+    character(16), allocatable :: column(:), unit(:)
+    integer :: last = 0                      !! index of the sum before its first in budget%hooks
+    real(rp), allocatable :: state(:)        !! further state for checkpoints, equal on all ranks
+  contains
+    procedure(add_hook_keys), deferred, nopass :: add_keys
+    procedure(read_hook_keys), deferred :: read_keys
+    procedure :: after_nodes, give_heat, after_step
+  end type hook_t
 
-  !> A moving heat source, and its state in the current conduction step.
-  type :: source_t
-    integer :: kind = source_disc
-    real(rp) :: power = 0.0_rp               !! [W]
-    real(rp) :: position(3) = 0.0_rp         !! centre at t = 0 [m]
-    real(rp) :: velocity(3) = 0.0_rp         !! [m/s]
-    real(rp) :: radius = 0.0_rp              !! [m]
-    real(rp) :: begin = 0.0_rp, end = huge(1.0_rp)   !! times of its action [s]
-    real(rp) :: duration = 0.0_rp            !! time of action in this step [s]
-    real(rp) :: centre(3) = 0.0_rp           !! centre at the middle of that time [m]
-    real(rp) :: share = 0.0_rp               !! heat per covered area or mass [J/m2 or J/kg]
-    logical :: has_warned = .false.          !! a warning of no covered particle was given
-  end type source_t
+  !> A pointer, so that a hook is no part of the simulation that it is given.
+  type :: held_hook_t
+    class(hook_t), pointer :: it => null()
+  end type held_hook_t
+
+  abstract interface
+    !> Add the group and its keys to the table.
+    subroutine add_hook_keys(t)
+      import :: key_table_t
+      implicit none (type, external)
+      type(key_table_t), intent(inout) :: t
+    end subroutine add_hook_keys
+
+    !> Read and check the `i`-th group. A hook may add fields of particles to `scene%layout`.
+    subroutine read_hook_keys(self, input, i, scene)
+      import :: hook_t, input_t, scene_t
+      implicit none (type, external)
+      class(hook_t), intent(inout) :: self
+      type(input_t), intent(in) :: input
+      integer, intent(in) :: i
+      type(scene_t), intent(inout) :: scene
+    end subroutine read_hook_keys
+  end interface
 
   !> State from which rows of the history are computed as differences and means.
   type :: history_t
@@ -107,7 +131,7 @@ module simulation_parts
     type(step_t) :: step
     type(tool_t), allocatable :: tool(:)
     type(backing_t), allocatable :: backing(:)  !! bodies behind heat films
-    type(source_t), allocatable :: source(:)    !! moving heat sources
+    type(held_hook_t), allocatable :: hook(:)
     type(probes_t) :: probes
     type(tracers_t) :: tracers
     type(particles_t) :: particles
@@ -129,9 +153,12 @@ contains
   !> Allocate scratch arrays and the budget for the sizes of the scene.
   subroutine prepare_scratch(self)
     class(simulation_t), intent(inout) :: self
-    integer :: n
+    integer :: k, n
 
     if (allocated(self%budget%impulse)) return
+    if (.not. allocated(self%hook)) allocate (self%hook(0))
+    n = sum([(size(self%hook(k)%it%column), k=1, size(self%hook))])
+    allocate (self%budget%hooks(n), source=0.0_rp)
     allocate (self%step%is_near(size(self%tool)), source=.false.)
     if (allocated(self%scene%tool_of)) self%nodes%n_groups = size(self%scene%tool_of)
     if (.not. allocated(self%scene%warning)) allocate (self%scene%warning(0))
@@ -143,6 +170,30 @@ contains
               self%boundary%mirrors%lost(8, size(self%scene%symmetry)), source=0.0_rp)
     call self%nodes%allocate_scratch()
   end subroutine prepare_scratch
+
+  !> Place of a step after the update of the nodes, before walls, tools and contact: change the
+  !> velocities of nodes, lanes 1 to 3 of `g`, and with them the velocity changes, lanes 5 to 7
+  !> (mapping_nodes). A step may be refused and repeated: only the sums are restored.
+  subroutine after_nodes(self, sim, dt, g)
+    class(hook_t), intent(inout) :: self
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt               !! time step [s]
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+  end subroutine after_nodes
+
+  !> Place before a conduction step: add heat to the particles, field `f_heat` [J].
+  subroutine give_heat(self, sim, dt)
+    class(hook_t), intent(inout) :: self
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt               !! time from `sim%clock%heat_time` on [s]
+  end subroutine give_heat
+
+  !> Place at the end of a step: change the particles, accumulate.
+  subroutine after_step(self, sim, dt)
+    class(hook_t), intent(inout) :: self
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt               !! time step, which ended at `sim%clock%time` [s]
+  end subroutine after_step
 
   !> Free memory that is not released by deallocation.
   subroutine free_simulation(sim)

@@ -90,6 +90,7 @@ module state_run
     real(rp) :: sums(n_sums) = 0.0_rp             !! energies by the indices above [J]
     real(rp), allocatable :: impulse(:, :)        !! (3, conditions) impulse of walls and clamps on
                                                   !! this rank's particles [N s]
+    real(rp), allocatable :: hooks(:)             !! sums of the hooks (simulation_parts)
     integer :: failed_returns = 0                 !! return mappings that did not converge
     real(rp), allocatable :: warnings(:)          !! particle-steps outside the validity range of a
                                                   !! flow law, by warning

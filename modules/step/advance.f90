@@ -38,6 +38,7 @@ contains
     real(rp), pointer, contiguous :: g_motion(:, :, :), g_strain(:, :, :)
     type(outcome_t) :: outcome
     real(rp) :: stress_fraction_before  ! fraction of the stress update before the momentum update
+    integer :: k
     logical :: is_refused, locally_accepted
 
     call begin_step(sim, dt, stress_fraction_before)
@@ -53,6 +54,9 @@ contains
     do
       call particles_to_grid(sim, g_motion)
       call update_nodes(sim%scene, sim%clock, sim%nodes, dt, g_motion)
+      do k = 1, size(sim%hook)
+        call sim%hook(k)%it%after_nodes(sim, dt, g_motion)
+      end do
       call post_acceptance(sim, dt, g_motion, locally_accepted)
       call apply_boundary(sim, dt, g_motion, locally_accepted)
       call accept_step(sim, dt, g_motion, outcome, is_refused)

@@ -35,7 +35,7 @@ contains
     margin = 3.0_rp*h
     sim%scene%grid = make_grid(h, [-margin, -margin, -margin], cells*h + margin)
     allocate (sim%scene%material(1), sim%scene%body(1), sim%scene%symmetry(0), &
-              sim%scene%clamp(0), sim%scene%condition(0), sim%backing(0), sim%source(0))
+              sim%scene%clamp(0), sim%scene%condition(0), sim%backing(0))
     allocate (sim%tool(merge(1, 0, present(tool))))
     if (present(tool)) sim%tool(1) = tool
     associate (copper => sim%scene%material(1))

@@ -55,8 +55,7 @@ contains
     sim%scene%grid = make_grid(h, merge(0.0_rp, -margin*h, periodic), &
                                h*(cells + merge(0, margin, periodic)), periodic)
     allocate (sim%scene%material(1), sim%scene%body(n_bodies), sim%scene%symmetry(0), &
-              sim%scene%clamp(0), sim%scene%condition(0), sim%scene%contact(0), sim%tool(0), &
-              sim%source(0))
+              sim%scene%clamp(0), sim%scene%condition(0), sim%scene%contact(0), sim%tool(0))
     sim%scene%tool_of = [0]
     associate (copper => sim%scene%material(1))
       copper%rho = rho

@@ -1,0 +1,186 @@
+! SPDX-License-Identifier: MIT
+!> Moving heat sources, &SOURCE beside mechanics. The power is exact for any particle spacing: the
+!> heat of a conduction step is distributed over all particles that the source covers. A particle at
+!> the edge counts by the covered part of its width, so that the distribution changes continuously
+!> while the source moves.
+module hooks_source
+  use base_kinds, only: i8, rp
+  use base_log, only: say
+  use base_text, only: str
+  use input_key_table, only: key_table_t
+  use input_values, only: input_t
+  use particles_store, only: f_heat, f_mass, f_pos, tag_faces
+  use simulation_parts, only: hook_t, simulation_t
+  use state_run, only: e_source, skin
+  use state_scene, only: scene_t
+  implicit none (type, external)
+  private
+
+  public :: source_t
+
+  type, extends(hook_t) :: source_t
+    integer :: number = 0                    !! index of its &SOURCE
+    logical :: is_disc = .true.              !! a disc on the surface, else a ball in the volume
+    real(rp) :: power = 0.0_rp               !! [W]
+    real(rp) :: position(3) = 0.0_rp         !! centre at t = 0 [m]
+    real(rp) :: velocity(3) = 0.0_rp         !! [m/s]
+    real(rp) :: radius = 0.0_rp              !! [m]
+    real(rp) :: begin = 0.0_rp, end = huge(1.0_rp)   !! times of its action [s]
+    logical :: has_warned = .false.          !! a warning of no covered particle was given
+  contains
+    procedure, nopass :: add_keys
+    procedure :: read_keys, give_heat
+    procedure, private :: covered, covers_none
+  end type source_t
+
+contains
+
+  !> Add the group and its keys to the table: those of KIND = stir are for heat alone.
+  subroutine add_keys(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%group('SOURCE', 'repeat', 'A moving source of heat.')
+    call t%key('KIND', 'choice', 1, '', 'disc', 'disc ball stir', &
+      'disc: on the surface within RADIUS of its axis (z); ball: in the volume; stir: heat '// &
+      'alone, a disc that spins on the surface and shears it: SHARE times shear stress, spin '// &
+      'and radius')
+    call t%key('POWER', 'real', 1, 'W', 'required if KIND = disc or ball', '', &
+      'total power, all of it on what the source covers')
+    call t%key('POSITION', 'real', 3, 'm', 'required', '', 'centre at t = 0')
+    call t%key('VELOCITY', 'real', 3, 'm/s', '0 0 0', '', 'of the centre')
+    call t%key('RADIUS', 'real', 1, 'm', 'required', '(0,inf)', 'extent of the source')
+    call t%key('BEGIN', 'real', 1, 's', '0', '[0,inf)', 'time of the start')
+    call t%key('END', 'real', 1, 's', '0', '[0,inf)', 'time of the end; 0: never')
+    call t%key('SPIN_RPM', 'real', 1, '1/min', '0 if KIND = stir', '', 'stir: spin')
+    call t%key('CONTACT', 'choice', 1, '', 'sticking if KIND = stir', &
+      'sticking sliding limited mixed', &
+      'stir: the shear stress: yield stress over sqrt(3); FRICTION PRESSURE; the lesser; '// &
+      'SLIP sliding and the rest sticking')
+    call t%key('FRICTION', 'real', 1, '', '0 if CONTACT = sliding or limited or mixed', '[0,inf)', &
+      'stir: coefficient of friction')
+    call t%key('PRESSURE', 'real', 1, 'Pa', '0 if CONTACT = sliding or limited or mixed', &
+      '[0,inf)', 'stir: pressure under the tool')
+    call t%key('SLIP', 'real', 1, '', '0 if CONTACT = mixed', '[0,1]', &
+      'stir: part that slides if CONTACT = mixed')
+    call t%key('SHARE', 'real', 1, '', 'if KIND = stir', '[0,1]', &
+      'stir: part of the heat that enters the body; not given: e/(e + e_tool) with e = '// &
+      'sqrt(conductivity density specific heat)')
+    call t%key('TOOL_DENSITY', 'real', 1, 'kg/m3', '7800 if KIND = stir', '(0,inf)', &
+      'stir: for the SHARE')
+    call t%key('TOOL_SPECIFIC_HEAT', 'real', 1, 'J/(kg K)', '460 if KIND = stir', '(0,inf)', &
+      'stir: for the SHARE')
+    call t%key('TOOL_CONDUCTIVITY', 'real', 1, 'W/(m K)', '14.4 if KIND = stir', '[0,inf)', &
+      'stir: for the SHARE')
+  end subroutine add_keys
+
+  !> Read and check the `i`-th &SOURCE.
+  subroutine read_keys(self, input, i, scene)
+    class(source_t), intent(inout) :: self
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(scene_t), intent(inout) :: scene
+
+    self%number = i
+    self%is_disc = input%text('SOURCE', i, 'KIND') == 'disc'
+    self%power = input%real('SOURCE', i, 'POWER')
+    self%position = input%reals('SOURCE', i, 'POSITION', 3)
+    self%velocity = input%reals('SOURCE', i, 'VELOCITY', 3)
+    self%radius = input%real('SOURCE', i, 'RADIUS')
+    self%begin = input%real('SOURCE', i, 'BEGIN')
+    if (input%real('SOURCE', i, 'END') > 0.0_rp) self%end = input%real('SOURCE', i, 'END')
+    if (self%end <= self%begin) call input%report('SOURCE', i, 'END', 'must be after BEGIN')
+    if (.not. scene%method%conducts) then
+      call input%report('SOURCE', i, '', 'has no effect without a &HEAT group')
+    else if (scene%method%has_mechanics .and. .not. any(scene%material%conducts())) then
+      call input%report('SOURCE', i, '', 'has no effect without a &MATERIAL with CONDUCTIVITY')
+    end if
+  end subroutine read_keys
+
+  !> Collective. Add the heat of the source in the conduction step to the pending heat of the
+  !> particles and to the energy sums.
+  subroutine give_heat(self, sim, dt)
+    class(source_t), intent(inout) :: self
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt                       !! time since the last conduction step [s]
+    real(rp) :: begin, end, centre(3), heat, all(1)
+    integer :: b, p
+
+    begin = max(self%begin, sim%clock%heat_time)
+    end = max(begin, min(self%end, sim%clock%heat_time + dt))
+    heat = self%power*(end - begin)
+    if (.not. abs(heat) > 0.0_rp) return
+    centre = self%position + 0.5_rp*(begin + end)*self%velocity
+    all = 0.0_rp
+    do b = 1, sim%particles%nblk
+      if (self%covers_none(sim, centre, b)) cycle
+      do p = 1, sim%particles%count(b)
+        all = all + self%covered(sim, centre, b, p)
+      end do
+    end do
+    call sim%world%sum(all)
+    if (all(1) <= 0.0_rp) then
+      if (sim%world%is_root() .and. .not. self%has_warned) call say('warning: at t = '// &
+        str(sim%clock%heat_time + dt)//' s &SOURCE '//str(self%number)// &
+        ' touches no particle: its power is lost')
+      self%has_warned = .true.
+      return
+    end if
+    if (sim%world%is_root()) sim%budget%sums(e_source) = sim%budget%sums(e_source) + heat
+    do b = 1, sim%particles%nblk
+      if (self%covers_none(sim, centre, b)) cycle
+      do p = 1, sim%particles%count(b)
+        sim%particles%ps(p, f_heat, b) = sim%particles%ps(p, f_heat, b) &
+          + heat/all(1)*self%covered(sim, centre, b, p)
+      end do
+    end do
+  end subroutine give_heat
+
+  !> True if no particle of block `b` can be covered.
+  pure logical function covers_none(self, sim, centre, b)
+    class(source_t), intent(in) :: self
+    type(simulation_t), intent(in) :: sim
+    real(rp), intent(in) :: centre(3)                !! of the source [m]
+    integer, intent(in) :: b
+
+    covers_none = norm2(sim%scene%grid%nearest_image(sim%particles%ball(1:3, b) - centre)) &
+      > sim%particles%ball(4, b) + self%radius + (2.0_rp + skin)*sim%scene%grid%longest()
+  end function covers_none
+
+  !> Area (disc) or mass (ball) of a particle that the source covers [m2 or kg].
+  pure real(rp) function covered(self, sim, centre, b, p)
+    class(source_t), intent(in) :: self
+    type(simulation_t), intent(in) :: sim
+    real(rp), intent(in) :: centre(3)                !! of the source [m]
+    integer, intent(in) :: b, p
+    real(rp) :: d(3), longest(3), spacing(3), width
+
+    d = sim%scene%grid%nearest_image(sim%particles%ps(p, f_pos:f_pos + 2, b) - centre)
+    spacing = sim%scene%spacing_of(sim%particles%body(b), sim%particles%ps(p, :, b))
+    if (self%is_disc) then
+      longest = sim%scene%grid%longest_edges()
+      covered = 0.0_rp
+      if (lies_at_height(sim%particles%tag(p, b), d(3), spacing(3), longest(3))) covered = &
+        spacing(1)*spacing(2)
+      d(3) = 0.0_rp
+      width = sqrt(spacing(1)*spacing(2))
+    else
+      covered = sim%particles%ps(p, f_mass, b)
+      width = product(spacing)**(1.0_rp/3.0_rp)
+    end if
+    covered = covered*max(0.0_rp, min(1.0_rp, (self%radius - norm2(d))/width + 0.5_rp))
+  end function covered
+
+  !> True if a particle has a free face normal to z within one cell edge of the height of a disc.
+  pure logical function lies_at_height(tag, d, spacing, h)
+    integer(i8), intent(in) :: tag
+    real(rp), intent(in) :: d          !! height of the particle above the disc [m]
+    real(rp), intent(in) :: spacing    !! edge of the particle along z [m]
+    real(rp), intent(in) :: h          !! largest cell edge along z [m]
+    integer :: faces
+
+    faces = tag_faces(tag)
+    lies_at_height = (btest(faces, 4) .and. abs(d - 0.5_rp*spacing) < h) .or. &
+                     (btest(faces, 5) .and. abs(d + 0.5_rp*spacing) < h)
+  end function lies_at_height
+
+end module hooks_source
