@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: MIT
+"""The hook of CONTRIBUTING.md, built as it stands there, and one that uses what that does not: drag on a block in free flight.
+Links the new files with the libraries of the build, which is what the recipe's line in CMakeLists.txt does."""
+
+import math
+import pathlib
+import re
+import shlex
+import subprocess
+
+import driver
+import numpy as np
+import pytest
+from test_restart import assert_same_run
+
+BUILD = pathlib.Path(driver.EXECUTABLE).parent
+pytestmark = pytest.mark.skipif(not (BUILD / "CMakeCache.txt").exists(), reason="the program is not where it was built")
+RATE, ACCELERATION, POWER = 4e3, 5e4, 300.0   # [1/s], [m/s2], [W/kg]
+STEP, STEPS = 1e-7, 400   # [s]
+
+# Counts steps in a state, pushes and heats the particles.
+METER = """
+module hooks_meter
+  use base_kinds, only: rp
+  use input_key_table, only: key_table_t
+  use input_values, only: input_t
+  use particles_store, only: f_heat, f_mass, f_vel
+  use simulation_parts, only: hook_t, simulation_t
+  use state_scene, only: scene_t
+  implicit none (type, external)
+  private
+  public :: meter_t
+  type, extends(hook_t) :: meter_t
+    real(rp) :: push = 0.0_rp, power = 0.0_rp
+  contains
+    procedure, nopass :: add_keys
+    procedure :: read_keys, give_heat, after_step
+  end type meter_t
+contains
+  subroutine add_keys(t)
+    type(key_table_t), intent(inout) :: t
+    call t%group('METER', 'repeat', 'For a test.')
+    call t%key('PUSH', 'real', 1, 'm/s2', '0', '', 'acceleration along z')
+    call t%key('POWER', 'real', 1, 'W/kg', '0', '', 'heat')
+  end subroutine add_keys
+  subroutine read_keys(self, input, i, scene)
+    class(meter_t), intent(inout) :: self
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(scene_t), intent(inout) :: scene
+    self%push = input%real('METER', i, 'PUSH')
+    self%power = input%real('METER', i, 'POWER')
+    self%column = [character(16) :: 'steps', 'heat']
+    self%unit = [character(16) :: '', 'J']
+    self%state = [0.0_rp]
+  end subroutine read_keys
+  subroutine give_heat(self, sim, dt)
+    class(meter_t), intent(inout) :: self
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt
+    real(rp) :: heat
+    integer :: b, p
+    do b = 1, sim%particles%nblk
+      do p = 1, sim%particles%count(b)
+        heat = dt*self%power*sim%particles%ps(p, f_mass, b)
+        sim%particles%ps(p, f_heat, b) = sim%particles%ps(p, f_heat, b) + heat
+        sim%budget%hooks(self%last + 2) = sim%budget%hooks(self%last + 2) + heat
+      end do
+    end do
+  end subroutine give_heat
+  subroutine after_step(self, sim, dt)
+    class(meter_t), intent(inout) :: self
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt
+    integer :: b
+    self%state = self%state + 1.0_rp
+    if (sim%world%is_root()) sim%budget%hooks(self%last + 1) = self%state(1)
+    do b = 1, sim%particles%nblk
+      sim%particles%ps(:, f_vel + 2, b) = sim%particles%ps(:, f_vel + 2, b) + dt*self%push
+    end do
+  end subroutine after_step
+end module hooks_meter
+"""
+
+SCENE = f"""
+&RUN TITLE = 'A block that drag slows' /
+&GRID CELL = 1e-3, LOWER = -4e-3, -4e-3, -4e-3, UPPER = 12e-3, 8e-3, 8e-3 /
+&TIME DT = {STEP}, END = {STEP * STEPS} /
+&MATERIAL NAME = 'copper', DENSITY = 8960, YOUNGS_MODULUS = 124e9, POISSON_RATIO = 0.34, SPECIFIC_HEAT = 386, CONDUCTIVITY = 391 /
+&BODY NAME = 'block', MATERIAL = 'copper', TEMPERATURE = 300, VELOCITY = 30, 10, 0 /
+&SHAPE BODY = 'block', LOWER = 0, 0, 0, UPPER = 4e-3, 4e-3, 4e-3 /
+&HEAT AMBIENT = 300 /
+&DRAG LOWER = -1, -1, -1, UPPER = 1, 1, 1, RATE = {RATE} /
+&METER PUSH = {ACCELERATION} /
+&METER POWER = {POWER} /
+&PROBE NAME = 'middle', POSITION = 2e-3, 2e-3, 2e-3 /
+&OUTPUT HISTORY_INTERVAL = {STEP * STEPS / 4}, CHECKPOINT_INTERVAL = {STEP * STEPS} /
+"""
+
+
+def recipe(place):
+    """The Fortran block of the recipe, and the list of hooks with the lines that it asks for, also for the other hook."""
+    text = (driver.ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"^```fortran\n(.*?)^```", text, re.M | re.S)
+    lines = (driver.ROOT / "modules/hooks/list.f90").read_text(encoding="utf-8")
+    for name in ("drag", "meter"):
+        lines = lines.replace("  use hooks_source,", f"  use hooks_{name}, only: {name}_t\n  use hooks_source,")
+        lines = lines.replace("    call add('SOURCE'", f"    call add('{name.upper()}', {name}_t())\n    call add('SOURCE'")
+    for name, source in {"drag": block, "meter": METER, "list": lines}.items():
+        (place / f"{name}.f90").write_text(source, encoding="utf-8")
+
+
+def words_of(file, name):
+    """Words of a variable in what CMake wrote for make."""
+    return shlex.split(re.search(rf"^{name} = (.*)$", file.read_text(encoding="utf-8"), re.M)[1])
+
+
+def call(words, folder):
+    done = subprocess.run([str(word) for word in words], cwd=folder, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return done.stderr
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """The executable with the hooks, without a warning of the compiler."""
+    place = tmp_path_factory.mktemp("hooks")
+    recipe(place)
+    flags = BUILD / "CMakeFiles/hooks.dir/flags.make"
+    words = [word for word in words_of(flags, "Fortran_FLAGS") if not word.startswith("-J")] + [f"-J{place}", f"-I{place}"]
+    link = shlex.split((BUILD / "CMakeFiles/stirpoint.dir/link.txt").read_text(encoding="utf-8"))
+    files = [place / f"{name}.f90" for name in ("drag", "meter", "list")]
+    for file in files:
+        assert call([link[0], *words, *words_of(flags, "Fortran_INCLUDES"), "-c", file], place) == ""
+    link[link.index("-o") + 1] = str(place / "stirpoint")
+    call([*link[:1], *(place / f"{file.stem}.o" for file in files), *link[1:]], BUILD)
+    (place / "share").symlink_to(BUILD / "share")
+    (place / "flight.nml").write_text(SCENE, encoding="utf-8")
+    return place
+
+
+@pytest.fixture
+def run(built, tmp_path, monkeypatch):
+    monkeypatch.setattr(driver, "EXECUTABLE", str(built / "stirpoint"))
+
+    def call_program(*options, folder="whole", scene=built / "flight.nml", **more):
+        (tmp_path / folder).mkdir(exist_ok=True)
+        return driver.run(scene, "--quiet", *options, directory=tmp_path / folder, **more).results("flight")
+
+    return call_program
+
+
+@pytest.mark.parametrize("ranks", [None, 2])
+def test_drag(run, ranks):
+    """Exact to rounding: in each step the drag takes velocity [m/s] and kinetic energy [J], then a push adds to the velocity along z;
+    heat [J] follows from the power, one count from each step, and the sums of two hooks of a kind are their own."""
+    done = run(ranks=ranks)
+    history, state = done.history(), done.checkpoint()
+    mass, velocity, work, kept = 8960 * 64e-9, np.array([30.0, 10.0, 0.0]), 0.0, math.exp(-RATE * STEP)
+    for _ in range(STEPS):
+        work += 0.5 * mass * (kept**2 - 1) * velocity @ velocity
+        velocity = kept * velocity + [0.0, 0.0, STEP * ACCELERATION]
+    assert state.momentum() == pytest.approx(mass * velocity, rel=1e-9)
+    assert history["drag1_work[J]"][-1] == history["body_work[J]"][-1] == pytest.approx(work, rel=1e-9)
+    assert history["meter1_steps"][-1] == history["meter2_steps"][-1] == STEPS
+    assert history["meter2_heat[J]"][-1] == pytest.approx(POWER * mass * state.all["global"][5], rel=1e-9)
+    assert np.all(history["meter1_heat[J]"] == 0.0)
+
+
+def test_restart(run):
+    """Exact: stopped half way and continued, the run ends with the same doubles and histories as in one go."""
+    whole = run(sets={"TIME.MAX_STEPS": 0})
+    part = run(folder="part", sets={"TIME.MAX_STEPS": STEPS // 2})
+    run("--restart", part.path("_checkpoint.h5"), folder="part", sets={"TIME.MAX_STEPS": 0})
+    assert_same_run(whole, part)
+
+
+def test_mistake(run, built, tmp_path):
+    """Exact: keys of a hook are checked as all others."""
+    (tmp_path / "wrong.nml").write_text(SCENE.replace(f"RATE = {RATE}", "RATE = -1"), encoding="utf-8")
+    done = driver.run(tmp_path / "wrong.nml", directory=tmp_path, expect=driver.BAD_INPUT)
+    assert re.search(r"wrong.nml:\d+: error: &DRAG RATE = -1", done.err), done.err
