@@ -276,7 +276,7 @@ contains
     end do
   end subroutine check_probes
 
-  !> Report heat sources that never touch the box around a body: a ball as far as its radius
+  !> Report heat sources that never touch the box around a body: a volume as far as its radius
   !> reaches, a disc along z within a cell, or within half a cell in heat-only runs.
   subroutine check_sources(input, scene, solids)
     type(input_t), intent(in) :: input
@@ -296,7 +296,7 @@ contains
         cycle
       end if
       reach = input%real('SOURCE', i, 'RADIUS')
-      if (input%text('SOURCE', i, 'KIND') /= 'ball') reach(3) = &
+      if (any(input%text('SOURCE', i, 'KIND') == ['disc', 'stir'])) reach(3) = &
         merge(1.0_rp, 0.5_rp, scene%method%has_mechanics)*scene%grid%h(3)*(1.0_rp + 1.0e-6_rp)
       touches = .false.
       do b = 1, size(solids)

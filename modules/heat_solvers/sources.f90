@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Heat flow through the boundary of a mesh: films, and moving sources. Films lose heat through half
+!> Heat flow through the boundary of a mesh, films and moving sources. Films lose heat through half
 !> a cell, a constant coefficient and radiation: A (T - T_s)/(d/k) = A (h (T_s - T_a) + r (T_s^4 -
 !> T_a^4)). A disc lies on upward boundary faces, with a given power or as a tool that shears the
 !> surface with the heat flux q = share omega r tau(T_s). The surface temperature half a cell above
@@ -9,6 +9,9 @@ module heat_solvers_sources
   use base_kinds, only: rp
   use heat_solvers_curve, only: curve_t
   use heat_solvers_mesh, only: boundary_face_t, heat_mesh_t
+  use heat_solvers_volume, only: volume_t
+  use heat_solvers_volumes, only: make_volume
+  use input_values, only: input_t
   implicit none (type, external)
   private
 
@@ -31,15 +34,16 @@ module heat_solvers_sources
     procedure :: init, loss
   end type wall_films_t
 
-  integer, parameter, public :: kind_disc = 1, kind_ball = 2, kind_stir = 3
+  integer, parameter, public :: kind_disc = 1, kind_volume = 2, kind_stir = 3
 
   !> A heat source, and the faces or cells under it in the current step.
   type :: heat_source_t
     integer :: kind = kind_disc
-    real(rp) :: power = 0.0_rp                       !! power of a disc or ball [W]
+    real(rp) :: power = 0.0_rp                       !! power of a disc or volume [W]
     real(rp) :: position(3) = 0.0_rp                 !! centre at t = 0 [m]
     real(rp) :: velocity(3) = 0.0_rp                 !! [m/s]
     real(rp) :: radius = 0.0_rp                      !! [m]
+    class(volume_t), allocatable :: volume           !! volume that is heated
     real(rp) :: begin = 0.0_rp, end = huge(1.0_rp)   !! times of its action [s]
     real(rp) :: spin = 0.0_rp                        !! stir: heat share times angular speed [rad/s]
     type(curve_t) :: shear                           !! stir: shear stress over temperature [Pa]
@@ -50,7 +54,7 @@ module heat_solvers_sources
     real(rp), allocatable :: insulance(:)         !! centre depth over face area [1/m]
     real(rp), allocatable :: moment(:, :)            !! (4, n) moments at the start and the end
   contains
-    procedure :: find_walls, move, is_on, heat_of
+    procedure :: read_keys, find_walls, move, is_on, heat_of
   end type heat_source_t
 
 contains
@@ -129,6 +133,27 @@ contains
     end associate
   end subroutine loss
 
+  !> Read the keys of the `i`-th &SOURCE but for those of stirring.
+  subroutine read_keys(self, input, i)
+    class(heat_source_t), intent(inout) :: self
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+
+    select case (input%text('SOURCE', i, 'KIND'))
+    case ('disc'); self%kind = kind_disc
+    case ('stir'); self%kind = kind_stir
+    case default; self%kind = kind_volume
+    end select
+    self%power = input%real('SOURCE', i, 'POWER')
+    self%position = input%reals('SOURCE', i, 'POSITION', 3)
+    self%velocity = input%reals('SOURCE', i, 'VELOCITY', 3)
+    self%radius = input%real('SOURCE', i, 'RADIUS')
+    self%begin = input%real('SOURCE', i, 'BEGIN')
+    if (input%real('SOURCE', i, 'END') > 0.0_rp) self%end = input%real('SOURCE', i, 'END')
+    call make_volume(input%text('SOURCE', i, 'KIND'), self%volume)
+    call self%volume%read_keys(input, i)
+  end subroutine read_keys
+
   !> True if the source acts in a step that starts at `t`.
   elemental logical function is_on(self, t)
     class(heat_source_t), intent(in) :: self
@@ -168,8 +193,8 @@ contains
     c0 = self%position + t0*self%velocity
     c1 = self%position + t1*self%velocity
     n = 0
-    if (self%kind == kind_ball) then
-      call cover_ball(self, mesh, c0, c1)
+    if (self%kind == kind_volume) then
+      call cover_volume(self, mesh, c0, c1)
       return
     end if
     if (size(self%cell) < size(self%wall)) then
@@ -196,9 +221,8 @@ contains
     self%n = n
   end subroutine move
 
-  !> Set the capacities covered by a ball; a cell at the edge counts by the covered part of its
-  !> width.
-  subroutine cover_ball(self, mesh, c0, c1)
+  !> Set the capacities covered by a volume.
+  subroutine cover_volume(self, mesh, c0, c1)
     class(heat_source_t), intent(inout) :: self
     type(heat_mesh_t), intent(in) :: mesh
     real(rp), intent(in) :: c0(3), c1(3)
@@ -211,12 +235,11 @@ contains
         if (mesh%capacity(c) <= 0.0_rp) cycle
         x = mesh%centre(c)
         width = mesh%x(1) - mesh%x(0)
-        m = [(self%radius - norm2(x - c0))/width + 0.5_rp, &
-             (self%radius - norm2(x - c1))/width + 0.5_rp]
+        m = [self%volume%weight(x - c0, width), self%volume%weight(x - c1, width)]
         if (all(m <= 0.0_rp)) cycle
         n = n + 1
         if (pass == 1) cycle
-        m = max(0.0_rp, min(1.0_rp, m))*mesh%capacity(c)
+        m = m*mesh%capacity(c)
         self%cell(n) = c
         self%insulance(n) = 0.0_rp
         self%moment(:, n) = [m(1), 0.0_rp, m(2), 0.0_rp]
@@ -227,7 +250,7 @@ contains
       end if
     end do
     self%n = n
-  end subroutine cover_ball
+  end subroutine cover_volume
 
   !> Area m(1) [m2] and integral of the radius m(2) [m3] over the part of a rectangle inside a disc
   !> about the origin, by Gauss quadrature over chords.

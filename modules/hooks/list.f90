@@ -62,6 +62,9 @@ contains
     do k = 1, size(kind)
       do i = 1, input%count(trim(kind(k)%group))
         n = n + 1
+        if (kind(k)%group /= 'SOURCE' .and. .not. scene%method%has_mechanics) then
+          call input%report(trim(kind(k)%group), i, '', 'has no effect with MECHANICS = F')
+        end if
         allocate (hook(n)%it, source=kind(k)%hook)
         associate (new => hook(n)%it)
           allocate (new%column(0), new%unit(0), new%state(0))

@@ -7,6 +7,9 @@ module hooks_source
   use base_kinds, only: i8, rp
   use base_log, only: say
   use base_text, only: str
+  use heat_solvers_sources, only: heat_source_t, kind_disc
+  use heat_solvers_volume, only: volume_t
+  use heat_solvers_volumes, only: make_volume, volume_names
   use input_key_table, only: key_table_t
   use input_values, only: input_t
   use particles_store, only: f_heat, f_mass, f_pos, tag_faces
@@ -19,13 +22,8 @@ module hooks_source
   public :: source_t
 
   type, extends(hook_t) :: source_t
+    type(heat_source_t) :: source
     integer :: number = 0                    !! index of its &SOURCE
-    logical :: is_disc = .true.              !! a disc on the surface, else a ball in the volume
-    real(rp) :: power = 0.0_rp               !! [W]
-    real(rp) :: position(3) = 0.0_rp         !! centre at t = 0 [m]
-    real(rp) :: velocity(3) = 0.0_rp         !! [m/s]
-    real(rp) :: radius = 0.0_rp              !! [m]
-    real(rp) :: begin = 0.0_rp, end = huge(1.0_rp)   !! times of its action [s]
     logical :: has_warned = .false.          !! a warning of no covered particle was given
   contains
     procedure, nopass :: add_keys
@@ -38,13 +36,22 @@ contains
   !> Add the group and its keys to the table: those of KIND = stir are for heat alone.
   subroutine add_keys(t)
     type(key_table_t), intent(inout) :: t
+    class(volume_t), allocatable :: volume
+    character(:), allocatable :: names, either
+    integer :: k
 
+    names = 'disc'
+    either = names
+    do k = 1, size(volume_names)
+      names = names//' '//trim(volume_names(k))
+      either = either//' or '//trim(volume_names(k))
+    end do
     call t%group('SOURCE', 'repeat', 'A moving source of heat.')
-    call t%key('KIND', 'choice', 1, '', 'disc', 'disc ball stir', &
+    call t%key('KIND', 'choice', 1, '', 'disc', names//' stir', &
       'disc: on the surface within RADIUS of its axis (z); ball: in the volume; stir: heat '// &
       'alone, a disc that spins on the surface and shears it: SHARE times shear stress, spin '// &
       'and radius')
-    call t%key('POWER', 'real', 1, 'W', 'required if KIND = disc or ball', '', &
+    call t%key('POWER', 'real', 1, 'W', 'required if KIND = '//either, '', &
       'total power, all of it on what the source covers')
     call t%key('POSITION', 'real', 3, 'm', 'required', '', 'centre at t = 0')
     call t%key('VELOCITY', 'real', 3, 'm/s', '0 0 0', '', 'of the centre')
@@ -71,6 +78,10 @@ contains
       'stir: for the SHARE')
     call t%key('TOOL_CONDUCTIVITY', 'real', 1, 'W/(m K)', '14.4 if KIND = stir', '[0,inf)', &
       'stir: for the SHARE')
+    do k = 1, size(volume_names)
+      call make_volume(trim(volume_names(k)), volume)
+      call volume%add_keys(t)
+    end do
   end subroutine add_keys
 
   !> Read and check the `i`-th &SOURCE.
@@ -81,14 +92,10 @@ contains
     type(scene_t), intent(inout) :: scene
 
     self%number = i
-    self%is_disc = input%text('SOURCE', i, 'KIND') == 'disc'
-    self%power = input%real('SOURCE', i, 'POWER')
-    self%position = input%reals('SOURCE', i, 'POSITION', 3)
-    self%velocity = input%reals('SOURCE', i, 'VELOCITY', 3)
-    self%radius = input%real('SOURCE', i, 'RADIUS')
-    self%begin = input%real('SOURCE', i, 'BEGIN')
-    if (input%real('SOURCE', i, 'END') > 0.0_rp) self%end = input%real('SOURCE', i, 'END')
-    if (self%end <= self%begin) call input%report('SOURCE', i, 'END', 'must be after BEGIN')
+    call self%source%read_keys(input, i)
+    if (self%source%end <= self%source%begin) then
+      call input%report('SOURCE', i, 'END', 'must be after BEGIN')
+    end if
     if (.not. scene%method%conducts) then
       call input%report('SOURCE', i, '', 'has no effect without a &HEAT group')
     else if (scene%method%has_mechanics .and. .not. any(scene%material%conducts())) then
@@ -105,11 +112,13 @@ contains
     real(rp) :: begin, end, centre(3), heat, all(1)
     integer :: b, p
 
-    begin = max(self%begin, sim%clock%heat_time)
-    end = max(begin, min(self%end, sim%clock%heat_time + dt))
-    heat = self%power*(end - begin)
-    if (.not. abs(heat) > 0.0_rp) return
-    centre = self%position + 0.5_rp*(begin + end)*self%velocity
+    associate (s => self%source)
+      begin = max(s%begin, sim%clock%heat_time)
+      end = max(begin, min(s%end, sim%clock%heat_time + dt))
+      heat = s%power*(end - begin)
+      if (.not. abs(heat) > 0.0_rp) return
+      centre = s%position + 0.5_rp*(begin + end)*s%velocity
+    end associate
     all = 0.0_rp
     do b = 1, sim%particles%nblk
       if (self%covers_none(sim, centre, b)) cycle
@@ -143,10 +152,10 @@ contains
     integer, intent(in) :: b
 
     covers_none = norm2(sim%scene%grid%nearest_image(sim%particles%ball(1:3, b) - centre)) &
-      > sim%particles%ball(4, b) + self%radius + (2.0_rp + skin)*sim%scene%grid%longest()
+      > sim%particles%ball(4, b) + self%source%radius + (2.0_rp + skin)*sim%scene%grid%longest()
   end function covers_none
 
-  !> Area (disc) or mass (ball) of a particle that the source covers [m2 or kg].
+  !> Area (disc) or mass (volume) of a particle that the source covers [m2 or kg].
   pure real(rp) function covered(self, sim, centre, b, p)
     class(source_t), intent(in) :: self
     type(simulation_t), intent(in) :: sim
@@ -156,7 +165,7 @@ contains
 
     d = sim%scene%grid%nearest_image(sim%particles%ps(p, f_pos:f_pos + 2, b) - centre)
     spacing = sim%scene%spacing_of(sim%particles%body(b), sim%particles%ps(p, :, b))
-    if (self%is_disc) then
+    if (self%source%kind == kind_disc) then
       longest = sim%scene%grid%longest_edges()
       covered = 0.0_rp
       if (lies_at_height(sim%particles%tag(p, b), d(3), spacing(3), longest(3))) covered = &
@@ -167,7 +176,7 @@ contains
       covered = sim%particles%ps(p, f_mass, b)
       width = product(spacing)**(1.0_rp/3.0_rp)
     end if
-    covered = covered*max(0.0_rp, min(1.0_rp, (self%radius - norm2(d))/width + 0.5_rp))
+    covered = covered*self%source%volume%weight(d, width)
   end function covered
 
   !> True if a particle has a free face normal to z within one cell edge of the height of a disc.

@@ -4,7 +4,7 @@
 module setup_heat_sources
   use base_kinds, only: pi, rp
   use heat_solvers_curve, only: curve_t, table_value
-  use heat_solvers_sources, only: heat_source_t, kind_ball, kind_disc, kind_stir
+  use heat_solvers_sources, only: heat_source_t, kind_stir
   use input_tables, only: rises
   use input_values, only: input_t
   use physics_flow_law, only: softening_from
@@ -132,17 +132,8 @@ contains
     allocate (source(input%count('SOURCE')))
     do i = 1, size(source)
       associate (s => source(i))
-        s%position = input%reals('SOURCE', i, 'POSITION', 3)
-        s%velocity = input%reals('SOURCE', i, 'VELOCITY', 3)
-        s%radius = input%real('SOURCE', i, 'RADIUS')
-        s%begin = input%real('SOURCE', i, 'BEGIN')
-        if (input%real('SOURCE', i, 'END') > 0.0_rp) s%end = input%real('SOURCE', i, 'END')
-        select case (input%text('SOURCE', i, 'KIND'))
-        case ('disc', 'ball')
-          s%kind = merge(kind_disc, kind_ball, input%text('SOURCE', i, 'KIND') == 'disc')
-          s%power = input%real('SOURCE', i, 'POWER')
-        case default
-          s%kind = kind_stir
+        call s%read_keys(input, i)
+        if (s%kind == kind_stir) then
           effusivity = sqrt([conductivity*capacity, input%real('SOURCE', i, 'TOOL_CONDUCTIVITY') &
                              *input%real('SOURCE', i, 'TOOL_DENSITY') &
                              *input%real('SOURCE', i, 'TOOL_SPECIFIC_HEAT')])
@@ -150,7 +141,7 @@ contains
           if (input%given('SOURCE', i, 'SHARE')) share = input%real('SOURCE', i, 'SHARE')
           s%spin = share*abs(input%real('SOURCE', i, 'SPIN_RPM'))*2.0_rp*pi/60.0_rp
           s%shear = shear_curve(input, i, m)
-        end select
+        end if
       end associate
     end do
   end subroutine read_heat_sources
