@@ -188,7 +188,8 @@ def support(sheet):
     kind = draw.choice(["fixed", "sliding"])
     cold = f", TEMPERATURE = {0.8 * sheet.melts:.6g}" if draw.random() < 0.2 and not sheet.is_molten else ""
     if sheet.below in ("fixed", "sliding"):
-        return [f"&WALL SIDE = 'zmin', KIND = '{sheet.below}'{cold} /"]
+        rubs = ", FRICTION = 0.4" if sheet.below == "sliding" and sheet.cells > 1 else ""
+        return [f"&WALL SIDE = 'zmin', KIND = '{sheet.below}'{rubs}{cold} /"]
     if sheet.below == "raised":
         return [f"&WALL SIDE = 'zmin', KIND = '{kind}', POSITION = {h:.6g}{cold} /"]
     if sheet.below == "anvil":
