@@ -235,7 +235,8 @@ contains
     g(1:7, 2) = mean
   end subroutine merge_velocities
 
-  !> Record the energy lost at entry `e`, and the reaction on a rigid body.
+  !> Record the energy lost at entry `e`, and the reaction on a rigid body. Molten bodies that stick
+  !> lose some along the surface as well, which is no friction.
   subroutine record_contact(scene, tool, pairs, budget, e, groups, impulse, mean, temp, mass)
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(inout) :: tool(:)
@@ -246,8 +247,12 @@ contains
     real(rp) :: friction, normal_loss
     integer :: k
 
-    associate (tools => scene%tool_of(groups))
+    associate (tools => scene%tool_of(groups), contact => scene%contact(pairs%pair(e)))
       call pair_loss(pairs%normal(:, e), impulse, mean, friction, normal_loss)
+      if (any(temp >= contact%melts_at)) then
+        normal_loss = normal_loss + friction
+        friction = 0.0_rp
+      end if
       if (scene%method%conducts .and. abs(friction) > 0.0_rp) then
         pairs%heat(:, e) = friction*heat_shares(scene, groups, temp, mass)/mass
       end if

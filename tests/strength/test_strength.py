@@ -37,13 +37,15 @@ def test_no_heat_without_strength(group, tmp_path):
         assert not wrong, (seed, wrong, text)
 
 
-def test_molten_bodies_slide_freely(tmp_path):
-    """Coulomb friction between two pressed bodies heats them below the melting point, and not at all above it."""
+@pytest.mark.parametrize("law", ["coulomb", "stick"])
+def test_molten_bodies_have_no_friction(law, tmp_path):
+    """Friction between two pressed bodies, or what stops their slip, heats them below the melting point, and not at all
+    above it."""
     (tmp_path / "sliding.nml").write_text(SLIDING)
     heat = {}
     for temperature in (880.0, 930.0):
         done = scenes.driver.run("sliding.nml", "--quiet", "--overwrite", directory=tmp_path,
-                                 sets={"BODY.TEMPERATURE": temperature})
+                                 sets={"BODY.TEMPERATURE": temperature, "CONTACT.LAW": law})
         heat[temperature] = done.results("sliding").history()["friction_heat[J]"][-1]
     assert heat[880.0] > 0.5
     assert abs(heat[930.0]) < 1e-9
