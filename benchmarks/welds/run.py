@@ -36,7 +36,9 @@ LIBRARY = ROOT / "share/stirpoint/materials.nml"
 PICTURE = ROOT / "docs/pictures/welds.png"
 RESULTS = pathlib.Path(__file__).with_name("results.jsonl")
 FRICTION = 0.4     # of tool and anvil, up to the shear strength of the metal
-VARIANTS = {"coarse": (4 / 3, 1e6), "fine": (3 / 4, 1e6), "light": (1.0, 3e5), "heavy": (1.0, 3e6)}    # cells, mass scaling
+# Cells over thin and thick sheets, of whole layers of particles, and mass scaling.
+RULE = (3, 4, 1e6)
+VARIANTS = {"coarse": (2.5, 3, 1e6), "fine": (4, 5, 1e6), "light": (3, 4, 3e5), "heavy": (3, 4, 3e6)}
 
 
 def weld(metal, thickness, shoulder, pin, length, rpm, speed, reported, tilt=2.0, concavity=0.0, probe=None,
@@ -76,8 +78,8 @@ def of_library(metal, key):
 def text_of(name, variant):
     """The input of a weld."""
     w = WELDS[name]
-    cells, scaling = VARIANTS.get(variant, (1.0, 1e6))
-    h = w["thickness"] / (3 if w["thickness"] <= 4.0 else 4) * cells
+    thin, thick, scaling = VARIANTS.get(variant, RULE)
+    h = w["thickness"] / (thin if w["thickness"] <= 4.0 else thick)
     radius = w["shoulder"] / 2
     size_x, size_y = h * round(5.0 * radius / h), 2 * h * round(2.25 * radius / h)    # walls on nodes
     tilt = np.radians(w["tilt"])
