@@ -13,9 +13,9 @@ module io_checkpoint
   use base_text, only: str
   use comm_world, only: agree, world_t
   use grid_geometry, only: box_t
+  use io_h5_attributes, only: has_attribute, read_attribute, write_attribute
+  use io_h5_data, only: extent, read_array, read_text, write_array, write_text
   use io_h5_file, only: h5file_t
-  use io_h5_notes, only: has_attribute, read_array, read_attribute, read_text, write_array, &
-                         write_attribute, write_text
   use io_h5_seal, only: check_seal, previous_of
   use io_plausible, only: is_between, most
   use particles_store, only: particles_t
@@ -60,58 +60,56 @@ contains
     end do
 
     call file%create(world, path, .false., error, sealed=.true.)
-    call write_notes(file, notes, error)
-    call write_attribute(file, '/', 'lanes', nlane, error)
-    call write_attribute(file, '/', 'ranks', world%size, error)
-    call write_attribute(file, '/', 'fields', particles%nf, error)
-    call write_attribute(file, '/', 'layout', notes%layout, error)
-    call write_array(file, '/global', global(:mine*size(global)), error)
-    call file%group('/ranks', error)
-    call write_array(file, '/ranks/blocks', [particles%nblk], error)
-    call write_array(file, '/ranks/boxes', ends, error)
-    call write_array(file, '/ranks/local', reshape(local, [size(local), 1]), error)
-    call write_blocks(file, particles, error)
-    call file%flush(error)
+    call write_notes(file, notes)
+    call write_attribute(file, '/', 'lanes', nlane)
+    call write_attribute(file, '/', 'ranks', world%size)
+    call write_attribute(file, '/', 'fields', particles%nf)
+    call write_attribute(file, '/', 'layout', notes%layout)
+    call write_array(file, '/global', global(:mine*size(global)))
+    call file%group('/ranks')
+    call write_array(file, '/ranks/blocks', [particles%nblk])
+    call write_array(file, '/ranks/boxes', ends)
+    call write_array(file, '/ranks/local', reshape(local, [size(local), 1]))
+    call write_blocks(file, particles)
+    call file%flush()
     call file%close(error)
   end subroutine write_checkpoint
 
   !> Write the metadata.
-  subroutine write_notes(file, notes, error)
-    type(h5file_t), intent(in) :: file
+  subroutine write_notes(file, notes)
+    type(h5file_t), intent(inout) :: file
     type(notes_t), intent(in) :: notes
-    type(error_t), intent(inout) :: error
 
-    call write_text(file, '/input', notes%input, error)
-    call write_text(file, '/scene', notes%scene, error)
-    call write_attribute(file, '/', 'run', notes%run, error)
-    call write_attribute(file, '/', 'time', notes%time, error)
+    call write_text(file, '/input', notes%input)
+    call write_text(file, '/scene', notes%scene)
+    call write_attribute(file, '/', 'run', notes%run)
+    call write_attribute(file, '/', 'time', notes%time)
     if (.not. allocated(notes%files)) return
     if (notes%files == '') return
-    call write_attribute(file, '/', 'files', notes%files, error)
-    call write_attribute(file, '/', 'folder', notes%folder, error)
+    call write_attribute(file, '/', 'files', notes%files)
+    call write_attribute(file, '/', 'folder', notes%folder)
   end subroutine write_notes
 
   !> Write the blocks of all ranks, in the order of the ranks.
-  subroutine write_blocks(file, particles, error)
-    type(h5file_t), intent(in) :: file
+  subroutine write_blocks(file, particles)
+    type(h5file_t), intent(inout) :: file
     type(particles_t), intent(in) :: particles
-    type(error_t), intent(inout) :: error
     real(rp), pointer, contiguous :: state(:, :)
     integer(i8) :: none(nlane, 0)
     integer :: n
 
     n = particles%nblk
-    call file%group('/particles', error)
+    call file%group('/particles')
     call view_state(particles, n, state)
-    call write_array(file, '/particles/state', state, error)
+    call write_array(file, '/particles/state', state)
     if (n > 0) then
-      call write_array(file, '/particles/tag', particles%tag(:, :n), error)
-      call write_array(file, '/particles/count', particles%count(:n), error)
-      call write_array(file, '/particles/body', particles%body(:n), error)
+      call write_array(file, '/particles/tag', particles%tag(:, :n))
+      call write_array(file, '/particles/count', particles%count(:n))
+      call write_array(file, '/particles/body', particles%body(:n))
     else   ! the arrays of a rank that never had particles may not exist
-      call write_array(file, '/particles/tag', none, error)
-      call write_array(file, '/particles/count', [integer ::], error)
-      call write_array(file, '/particles/body', [integer ::], error)
+      call write_array(file, '/particles/tag', none)
+      call write_array(file, '/particles/count', [integer ::])
+      call write_array(file, '/particles/body', [integer ::])
       deallocate (state)
     end if
   end subroutine write_blocks
@@ -146,19 +144,19 @@ contains
 
     same_ranks = .false.
     call open_checkpoint(file, world, path, error)
-    call check_lanes(file, path, error)
+    call check_lanes(file, path)
     nf = 0
     ranks = 0
-    call read_attribute(file, '/', 'ranks', ranks, error)
-    call read_attribute(file, '/', 'fields', nf, error)
-    call file%extent('/global', dims, error)
+    call read_attribute(file, '/', 'ranks', ranks)
+    call read_attribute(file, '/', 'fields', nf)
+    call extent(file, '/global', dims)
     allocate (global(product(dims)), source=0.0_rp)
-    call read_array(file, '/global', 0_i8, global, error)
-    if (.not. error%is_set()) same_ranks = ranks == world%size
-    if (same_ranks) call read_boxes(file, world, boxes, error)
-    call read_local(file, world, same_ranks, local, error)
-    call split_blocks(file, world, path, nf, ranks, first, mine, error)
-    call read_blocks(file, nf, first, mine, particles, error)
+    call read_array(file, '/global', 0_i8, global)
+    if (.not. file%error%is_set()) same_ranks = ranks == world%size
+    if (same_ranks) call read_boxes(file, world, boxes)
+    call read_local(file, world, same_ranks, local)
+    call split_blocks(file, world, path, nf, ranks, first, mine)
+    call read_blocks(file, nf, first, mine, particles)
     call file%close(error)
   end subroutine read_checkpoint
 
@@ -169,26 +167,21 @@ contains
     type(notes_t), intent(out) :: notes
     type(error_t), intent(inout) :: error
     type(h5file_t) :: file
-    logical :: has_files, has_layout
 
     call open_checkpoint(file, world, path, error)
-    call read_text(file, '/input', notes%input, error)
-    call read_text(file, '/scene', notes%scene, error)
-    call read_attribute(file, '/', 'run', notes%run, error)
-    call read_attribute(file, '/', 'time', notes%time, error)
-    if (.not. (error%is_set() .or. is_between(notes%time, 0.0_rp, most))) then
-      call error%raise(trim(path)//': time is '//str(notes%time)//' s')
+    call read_text(file, '/input', notes%input)
+    call read_text(file, '/scene', notes%scene)
+    call read_attribute(file, '/', 'run', notes%run)
+    call read_attribute(file, '/', 'time', notes%time)
+    if (.not. is_between(notes%time, 0.0_rp, most)) then
+      call file%error%raise(trim(path)//': time is '//str(notes%time)//' s')
     end if
     notes%files = ''
     notes%layout = ''
-    has_layout = .false.
-    if (.not. error%is_set()) has_layout = has_attribute(file, '/', 'layout')
-    if (has_layout) call read_attribute(file, '/', 'layout', notes%layout, error)
-    has_files = .false.
-    if (.not. error%is_set()) has_files = has_attribute(file, '/', 'files')
-    if (has_files) then
-      call read_attribute(file, '/', 'files', notes%files, error)
-      call read_attribute(file, '/', 'folder', notes%folder, error)
+    if (has_attribute(file, '/', 'layout')) call read_attribute(file, '/', 'layout', notes%layout)
+    if (has_attribute(file, '/', 'files')) then
+      call read_attribute(file, '/', 'files', notes%files)
+      call read_attribute(file, '/', 'folder', notes%folder)
     end if
     call file%close(error)
   end subroutine read_checkpoint_notes
@@ -202,43 +195,39 @@ contains
     type(error_t), intent(inout) :: error
     type(error_t) :: other
 
-    if (error%is_set()) return
-    call check_seal(world, path, error)
-    if (error%is_set()) then
-      call check_seal(world, previous_of(path), other)
-      if (.not. other%is_set()) error%message = error%message//'; the checkpoint before it, '// &
-                                                previous_of(path)//', is whole'
-      return
+    if (.not. error%is_set()) then
+      call check_seal(world, path, error)
+      if (error%is_set()) call check_seal(world, previous_of(path), other)
+      if (error%is_set() .and. .not. other%is_set()) error%message = error%message// &
+        '; the checkpoint before it, '//previous_of(path)//', is whole'
     end if
     call file%open(world, path, error)
   end subroutine open_checkpoint
 
   !> Check that the block size is that of this program.
-  subroutine check_lanes(file, path, error)
-    type(h5file_t), intent(in) :: file
+  subroutine check_lanes(file, path)
+    type(h5file_t), intent(inout) :: file
     character(*), intent(in) :: path
-    type(error_t), intent(inout) :: error
     integer :: lanes
 
     lanes = 0
-    call read_attribute(file, '/', 'lanes', lanes, error)
-    if (.not. error%is_set() .and. lanes /= nlane) then
-      call error%raise(trim(path)//' has blocks of '//str(lanes)// &
+    call read_attribute(file, '/', 'lanes', lanes)
+    if (lanes /= nlane) then
+      call file%error%raise(trim(path)//' has blocks of '//str(lanes)// &
                        ' particles; this program was built for '//str(nlane))
     end if
   end subroutine check_lanes
 
   !> Read the boxes of all ranks.
-  subroutine read_boxes(file, world, boxes, error)
-    type(h5file_t), intent(in) :: file
+  subroutine read_boxes(file, world, boxes)
+    type(h5file_t), intent(inout) :: file
     type(world_t), intent(in) :: world
     type(box_t), allocatable, intent(out) :: boxes(:)
-    type(error_t), intent(inout) :: error
     integer :: ends(6, 0:world%size - 1), r
 
     ends = 0
-    call read_array(file, '/ranks/boxes', 0_i8, ends, error)
-    if (error%is_set()) return
+    call read_array(file, '/ranks/boxes', 0_i8, ends)
+    if (file%error%is_set()) return
     allocate (boxes(0:world%size - 1))
     do r = 0, world%size - 1
       boxes(r)%lo = ends(1:3, r)
@@ -247,19 +236,18 @@ contains
   end subroutine read_boxes
 
   !> Read the sums of this rank, or of all ranks.
-  subroutine read_local(file, world, same_ranks, local, error)
-    type(h5file_t), intent(in) :: file
+  subroutine read_local(file, world, same_ranks, local)
+    type(h5file_t), intent(inout) :: file
     type(world_t), intent(in) :: world
     logical, intent(in) :: same_ranks
     real(rp), allocatable, intent(out) :: local(:)
-    type(error_t), intent(inout) :: error
     integer(i8), allocatable :: dims(:)
     real(rp), allocatable :: columns(:, :)
     integer(i8) :: first, n
 
-    call file%extent('/ranks/local', dims, error)
-    if (.not. error%is_set() .and. size(dims) /= 2) call error%raise('ranks/local is damaged')
-    if (error%is_set()) dims = [0_i8, 0_i8]
+    call extent(file, '/ranks/local', dims)
+    if (size(dims) /= 2) call file%error%raise('ranks/local is damaged')
+    if (file%error%is_set()) dims = [0_i8, 0_i8]
     first = 0
     n = 0
     if (same_ranks) then
@@ -269,38 +257,37 @@ contains
       n = dims(2)
     end if
     allocate (columns(dims(1), n), source=0.0_rp)
-    call read_array(file, '/ranks/local', first, columns, error)
+    call read_array(file, '/ranks/local', first, columns)
     local = sum(columns, dim=2)
   end subroutine read_local
 
   !> Blocks that this rank reads: `mine` blocks from index `first` (from 0).
-  subroutine split_blocks(file, world, path, nf, ranks, first, mine, error)
-    type(h5file_t), intent(in) :: file
+  subroutine split_blocks(file, world, path, nf, ranks, first, mine)
+    type(h5file_t), intent(inout) :: file
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
     integer, intent(in) :: nf, ranks
     integer(i8), intent(out) :: first
     integer, intent(out) :: mine
-    type(error_t), intent(inout) :: error
     integer, allocatable :: blocks(:)
     integer(i8), allocatable :: dims(:)
     integer(i8) :: total
 
     first = 0
     mine = 0
-    if (error%is_set()) return
-    call file%extent('/ranks/blocks', dims, error)
-    if (.not. error%is_set() .and. any(dims /= ranks)) then
-      call error%raise(trim(path)//' is damaged: the numbers of ranks do not match')
+    if (file%error%is_set()) return
+    call extent(file, '/ranks/blocks', dims)
+    if (any(dims /= ranks)) then
+      call file%error%raise(trim(path)//' is damaged: the numbers of ranks do not match')
     end if
-    if (error%is_set()) return
+    if (file%error%is_set()) return
     allocate (blocks(0:ranks - 1), source=0)
-    call read_array(file, '/ranks/blocks', 0_i8, blocks, error)
-    call file%extent('/particles/state', dims, error)
-    if (error%is_set()) return
+    call read_array(file, '/ranks/blocks', 0_i8, blocks)
+    call extent(file, '/particles/state', dims)
+    if (file%error%is_set()) return
     total = sum(int(blocks, i8))
     if (nf < 1 .or. any(blocks < 0) .or. any(dims /= [int(nf, i8)*nlane, total])) then
-      call error%raise(trim(path)//' is damaged: the numbers of blocks do not match')
+      call file%error%raise(trim(path)//' is damaged: the numbers of blocks do not match')
     else if (ranks == world%size) then
       first = sum(int(blocks(:world%rank - 1), i8))
       mine = blocks(world%rank)
@@ -308,29 +295,28 @@ contains
       first = world%rank*total/world%size
       mine = int((world%rank + 1)*total/world%size - first)
     end if
-    call agree(world, error)
+    call agree(world, file%error)
   end subroutine split_blocks
 
   !> Read the blocks of this rank.
-  subroutine read_blocks(file, nf, first, n, particles, error)
-    type(h5file_t), intent(in) :: file
+  subroutine read_blocks(file, nf, first, n, particles)
+    type(h5file_t), intent(inout) :: file
     integer, intent(in) :: nf, n
     integer(i8), intent(in) :: first
     type(particles_t), intent(inout) :: particles
-    type(error_t), intent(inout) :: error
     real(rp), pointer, contiguous :: state(:, :)
 
-    if (error%is_set()) return
+    if (file%error%is_set()) return
     call particles%init(nf)
     call particles%reserve(n)
     particles%nblk = n
     call view_state(particles, n, state)
-    call read_array(file, '/particles/state', first, state, error)
-    call read_array(file, '/particles/tag', first, particles%tag(:, :n), error)
-    call read_array(file, '/particles/count', first, particles%count(:n), error)
-    call read_array(file, '/particles/body', first, particles%body(:n), error)
+    call read_array(file, '/particles/state', first, state)
+    call read_array(file, '/particles/tag', first, particles%tag(:, :n))
+    call read_array(file, '/particles/count', first, particles%count(:n))
+    call read_array(file, '/particles/body', first, particles%body(:n))
     if (n == 0) deallocate (state)
-    if (error%is_set()) call particles%init(nf)
+    if (file%error%is_set()) call particles%init(nf)
   end subroutine read_blocks
 
   !> Collective. Write a checkpoint.
@@ -346,11 +332,11 @@ contains
 
     mine = merge(1, 0, world%is_root())
     call file%create(world, path, .false., error, sealed=.true.)
-    call write_notes(file, notes, error)
-    call write_array(file, '/global', global(:mine*size(global)), error)
-    call file%group('/heat', error)
-    call write_array(file, '/heat/state', field, error)
-    call file%flush(error)
+    call write_notes(file, notes)
+    call write_array(file, '/global', global(:mine*size(global)))
+    call file%group('/heat')
+    call write_array(file, '/heat/state', field)
+    call file%flush()
     call file%close(error)
   end subroutine write_heat_checkpoint
 
@@ -366,10 +352,10 @@ contains
     integer(i8), allocatable :: dims(:)
 
     call open_checkpoint(file, world, path, error)
-    call file%extent('/global', dims, error)
+    call extent(file, '/global', dims)
     allocate (global(product(dims)), source=0.0_rp)
-    call read_array(file, '/global', 0_i8, global, error)
-    call read_array(file, '/heat/state', int(first, i8), field, error)
+    call read_array(file, '/global', 0_i8, global)
+    call read_array(file, '/heat/state', int(first, i8), field)
     call file%close(error)
   end subroutine read_heat_checkpoint
 

@@ -1,28 +1,27 @@
 ! SPDX-License-Identifier: MIT
-!> Output frames: the particles at one time as a VTKHDF 1.0 UnstructuredGrid (ParaView, VTK, h5py).
+!> Output frames: the particles, or the surfaces of the tools, at one time (io_vtk).
 !>
-!> Every rank writes a piece with vertices. The group /stirpoint and the attributes of the file are
-!> not part of VTKHDF. NAME.hdf.series lists the frames with their times for ParaView.
+!> The group /stirpoint and the attributes of the file are not part of VTKHDF. NAME.hdf.series lists
+!> the frames with their times for ParaView.
 module io_frames
-  use, intrinsic :: iso_fortran_env, only: int8
   use base_errors, only: error_t
   use base_files, only: write_whole
   use base_kinds, only: i8, nlane, rp, sp
   use base_system, only: remove_file
   use comm_world, only: agree, world_t
   use grid_geometry, only: mean_edge
-  use io_field_data, only: note, note_unit, note_units, write_notes
+  use io_h5_attributes, only: write_attribute
+  use io_h5_data, only: write_array, write_text
   use io_h5_file, only: h5file_t
-  use io_h5_notes, only: write_array, write_attribute, write_text
+  use io_vtk, only: begin_grid, describe, note, point_data, vtk_triangle, vtk_vertex
   use particles_store, only: f_flow, f_jac, f_plastic, f_pos, f_rate, f_tau, f_temp, &
                              particles_t, tag_id
   implicit none (type, external)
   private
 
-  public :: write_frame, write_heat_frame, write_series, frame_name
+  public :: write_frame, write_heat_frame, write_series, write_tool_frame, frame_name
 
-  character(*), parameter :: point_data = '/VTKHDF/PointData/', nl = new_line('a')
-  integer(int8), parameter :: vertex = 1_int8   !! VTK_VERTEX
+  character(*), parameter :: nl = new_line('a')
 
 contains
 
@@ -60,26 +59,24 @@ contains
     real(sp), allocatable :: x(:, :)
     integer :: k
 
-    call begin_frame(file, world, path, time, step, cell, spacing, names, input_text, error)
     allocate (x(3, particles%total()))
     call pack_vector(particles, f_pos, x)
-    call write_vertices(file, x, error)
-    call write_point_data(file, particles, made_of, error)
+    call begin_frame(file, world, path, time, step, cell, spacing, names, x, input_text, error)
+    call note(file, 'unit of Points: m', 1)
+    call write_point_data(file, particles, made_of)
     if (origin > 0) then
       call pack_vector(particles, origin, x)
-      call write_array(file, point_data//'initial_position', x, error)
-      call write_attribute(file, point_data//'initial_position', 'units', 'm', error)
+      call write_array(file, point_data//'initial_position', x)
+      call write_attribute(file, point_data//'initial_position', 'units', 'm')
     end if
     do k = 1, size(extra_names)
-      call write_scalar(file, trim(extra_names(k)), trim(extra_units(k)), extra(:, k), error)
+      call write_scalar(file, trim(extra_names(k)), trim(extra_units(k)), extra(:, k))
+      if (extra_units(k) == '1') call note(file, 'unit of '//trim(extra_names(k))//': 1', 1)
     end do
-    call write_attribute(file, '/', 'material_names', material(made_of), error)
-    call write_notes(file, time, step, 'body', names, error)
+    call write_attribute(file, '/', 'material_names', material(made_of))
     do k = 1, size(names)
-      call note(file, 'material of '//trim(names(k))//': '//trim(material(made_of(k))), &
-                made_of(k), error)
+      call note(file, 'material of '//trim(names(k))//': '//trim(material(made_of(k))), made_of(k))
     end do
-    call note_units(file, extra_names, extra_units, error)
     call file%close(error)
   end subroutine write_frame
 
@@ -97,76 +94,74 @@ contains
     character(*), intent(in) :: input_text   !! input; that of rank 0 is written
     type(error_t), intent(inout) :: error
     type(h5file_t) :: file
-    integer :: b
 
-    call begin_frame(file, world, path, time, step, cell, [(mean_edge(cell), b=1, size(names))], &
-                     names, input_text, error)
-    call write_vertices(file, x, error)
-    call file%group('/VTKHDF/PointData', error)
-    call write_scalar(file, 'temperature', 'K', temperature, error)
-    call write_integers(file, 'body', body, error)
-    call write_notes(file, time, step, 'body', names, error)
-    call note_unit(file, 'temperature', 'K', error)
+    call begin_frame(file, world, path, time, step, cell, spread(mean_edge(cell), 1, size(names)), &
+                     names, x, input_text, error)
+    call write_scalar(file, 'temperature', 'K', temperature)
+    call write_integers(file, 'body', body)
     call file%close(error)
   end subroutine write_heat_frame
 
-  !> Create a file with the common attributes of frames.
-  subroutine begin_frame(file, world, path, time, step, cell, spacing, names, input_text, error)
+  !> Create a file with points, a vertex for each, and the common attributes of frames.
+  subroutine begin_frame(file, world, path, time, step, cell, spacing, names, x, input_text, error)
     type(h5file_t), intent(out) :: file
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path, names(:), input_text
     real(rp), intent(in) :: time, cell(3)
     integer, intent(in) :: step
     real(rp), intent(in), contiguous :: spacing(:)
-    type(error_t), intent(inout) :: error
+    real(sp), intent(in), contiguous :: x(:, :)   !! (3, n) [m]
+    type(error_t), intent(in) :: error
+    integer :: i
 
-    call file%create(world, path, .true., error)
-    call write_attribute(file, '/', 'time', time, error)
-    call write_attribute(file, '/', 'step', step, error)
+    call begin_grid(file, world, path, time, step, 'body', names, x, vtk_vertex, &
+                    reshape([(int(i, i8), i=0, size(x, 2) - 1)], [1, size(x, 2)]), error)
     if (all(abs(cell - cell(1)) <= 0.0_rp)) then
-      call write_attribute(file, '/', 'cell', cell(1), error)
+      call write_attribute(file, '/', 'cell', cell(1))
     else
-      call write_attribute(file, '/', 'cell', cell, error)
+      call write_attribute(file, '/', 'cell', cell)
     end if
-    call write_attribute(file, '/', 'spacing', spacing, error)
-    call write_attribute(file, '/', 'body_names', names, error)
-    call file%group('/stirpoint', error)
-    call write_text(file, '/stirpoint/input', input_text, error)
+    call write_attribute(file, '/', 'spacing', spacing)
+    call file%group('/stirpoint')
+    call write_text(file, '/stirpoint/input', input_text)
   end subroutine begin_frame
 
-  !> Write positions, and a vertex cell for each.
-  subroutine write_vertices(file, x, error)
-    type(h5file_t), intent(in) :: file
-    real(sp), intent(in), contiguous :: x(:, :)   !! (3, n) [m]
+  !> Collective. Write a frame of the tools, their surfaces as triangles, in a series of its own.
+  !> Only the arrays of rank 0 are used.
+  subroutine write_tool_frame(world, path, time, step, names, x, velocity, azimuth, tool, corner, &
+                              error)
+    type(world_t), intent(in) :: world
+    character(*), intent(in) :: path
+    real(rp), intent(in) :: time                            !! [s]
+    integer, intent(in) :: step
+    character(*), intent(in) :: names(:)                    !! names of the tools
+    real(sp), intent(in), contiguous :: x(:, :)             !! (3, n) positions [m]
+    real(sp), intent(in), contiguous :: velocity(:, :)      !! (3, n) [m/s]
+    real(sp), intent(in), contiguous :: azimuth(:)          !! (n) in the tool's axes [rad]
+    integer, intent(in), contiguous :: tool(:)              !! (n) index of the tool
+    integer, intent(in), contiguous :: corner(:, :)         !! (3, m) points of each triangle
     type(error_t), intent(inout) :: error
-    integer(i8), allocatable :: numbers(:)
-    integer(int8), allocatable :: types(:)
-    integer :: i, n
+    type(h5file_t) :: file
+    integer :: cells, points
 
-    n = size(x, 2)
-    allocate (types(n), numbers(n + 1))
-    types = vertex
-    numbers = [(int(i, i8), i=0, n)]
-    call file%group('/VTKHDF', error)
-    call write_attribute(file, '/VTKHDF', 'Version', [1, 0], error)
-    call write_attribute(file, '/VTKHDF', 'Type', 'UnstructuredGrid', error)
-    call write_array(file, '/VTKHDF/NumberOfPoints', numbers(n + 1:), error)
-    call write_array(file, '/VTKHDF/NumberOfCells', numbers(n + 1:), error)
-    call write_array(file, '/VTKHDF/NumberOfConnectivityIds', numbers(n + 1:), error)
-    call write_array(file, '/VTKHDF/Points', x, error)
-    call write_array(file, '/VTKHDF/Types', types, error)
-    call write_array(file, '/VTKHDF/Connectivity', numbers(:n), error)
-    call write_array(file, '/VTKHDF/Offsets', numbers, error)
-    call write_attribute(file, '/VTKHDF/Points', 'units', 'm', error)
-  end subroutine write_vertices
+    points = merge(size(x, 2), 0, world%is_root())
+    cells = merge(size(corner, 2), 0, world%is_root())
+    call begin_grid(file, world, path, time, step, 'tool', names, x(:, :points), vtk_triangle, &
+                    int(corner(:, :cells) - 1, i8), error)
+    call note(file, 'unit of Points: m', 1)
+    call write_array(file, point_data//'velocity', velocity(:, :points))
+    call describe(file, 'velocity', 'm/s')
+    call write_scalar(file, 'azimuth', 'rad', azimuth(:points))
+    call write_integers(file, 'tool', tool(:points))
+    call file%close(error)
+  end subroutine write_tool_frame
 
   !> Write the fields of the particles: the Cauchy stress with its pressure -tr(tau)/(3 J) and von
   !> Mises stress sqrt(3/2) |dev tau|/J, and the grid velocities where they are known.
-  subroutine write_point_data(file, particles, made_of, error)
-    type(h5file_t), intent(in) :: file
+  subroutine write_point_data(file, particles, made_of)
+    type(h5file_t), intent(inout) :: file
     type(particles_t), intent(in) :: particles
     integer, intent(in) :: made_of(:)        !! material of each body
-    type(error_t), intent(inout) :: error
     character(14), parameter :: name(6) = [character(14) :: 'temperature', 'plastic_strain', &
       'strain_rate', 'flow_stress', 'pressure', 'von_mises']
     character(3), parameter :: unit(6) = [character(3) :: 'K', '1', '1/s', 'Pa', 'Pa', 'Pa']
@@ -196,40 +191,37 @@ contains
         id(n) = tag_id(particles%tag(i, b))
       end do
     end do
-    call file%group('/VTKHDF/PointData', error)
     do k = 1, size(name)
-      call write_scalar(file, trim(name(k)), trim(unit(k)), scalar(:, k), error)
+      call write_scalar(file, trim(name(k)), trim(unit(k)), scalar(:, k))
     end do
-    call write_array(file, point_data//'stress', stress, error)
-    call write_attribute(file, point_data//'stress', 'units', 'Pa', error)
-    call write_array(file, point_data//'velocity', velocity, error)
-    call write_attribute(file, point_data//'velocity', 'units', 'm/s', error)
-    call write_integers(file, 'body', body, error)
-    call write_array(file, point_data//'id', id, error)
-    call write_attribute(file, point_data//'id', 'units', '1', error)
-    call write_integers(file, 'material', made_of(body), error)
+    call write_array(file, point_data//'stress', stress)
+    call describe(file, 'stress', 'Pa')
+    call write_array(file, point_data//'velocity', velocity)
+    call describe(file, 'velocity', 'm/s')
+    call write_integers(file, 'body', body)
+    call write_array(file, point_data//'id', id)
+    call describe(file, 'id', '1')
+    call write_integers(file, 'material', made_of(body))
   end subroutine write_point_data
 
   !> Write a field of integers.
-  subroutine write_integers(file, name, a, error)
-    type(h5file_t), intent(in) :: file
+  subroutine write_integers(file, name, a)
+    type(h5file_t), intent(inout) :: file
     character(*), intent(in) :: name
     integer, intent(in), contiguous :: a(:)
-    type(error_t), intent(inout) :: error
 
-    call write_array(file, point_data//name, a, error)
-    call write_attribute(file, point_data//name, 'units', '1', error)
+    call write_array(file, point_data//name, a)
+    call describe(file, name, '1')
   end subroutine write_integers
 
   !> Write a scalar field.
-  subroutine write_scalar(file, name, units, a, error)
-    type(h5file_t), intent(in) :: file
+  subroutine write_scalar(file, name, units, a)
+    type(h5file_t), intent(inout) :: file
     character(*), intent(in) :: name, units
     real(sp), intent(in), contiguous :: a(:)
-    type(error_t), intent(inout) :: error
 
-    call write_array(file, point_data//name, a, error)
-    call write_attribute(file, point_data//name, 'units', units, error)
+    call write_array(file, point_data//name, a)
+    call describe(file, name, units)
   end subroutine write_scalar
 
   !> Pack three fields as a vector.

@@ -5,10 +5,9 @@ module output_writer
   use base_errors, only: error_t
   use base_kinds, only: i8, rp, sp
   use base_timers, only: wall_time
-  use io_frames, only: frame_name, write_frame, write_series
+  use io_frames, only: frame_name, write_frame, write_series, write_tool_frame
   use io_histories, only: compact, row_t, table_t
   use io_lines, only: lines_t
-  use io_tool_frames, only: write_tool_frame
   use mapping_probes, only: share_probes
   use output_checkpoint, only: save_checkpoint
   use output_diagnostics, only: is_finite
