@@ -81,19 +81,18 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: elapsed             !! time since the last conduction step [s]
     real(rp), intent(inout) :: remaining        !! time not yet covered [s]
-    real(rp) :: lost(8, size(sim%scene%symmetry))   ! change of nodal sums by reflection at walls
     real(rp) :: dt, smoothed, gained, out       ! heat of smoothing, particles and boundaries [J]
     type(sinks_t) :: sinks
     type(gaps_t) :: gaps
     integer :: a, b, k, r
 
-    lost = 0.0_rp
+    sim%boundary%mirrors%lost = 0.0_rp
     gained = 0.0_rp
     smoothed = 0.0_rp
     out = sim%budget%sums(e_film) - sim%budget%sums(e_wall_heat) + sim%budget%sums(e_tool)
-    call gather_temperature(sim, lost)
+    call gather_temperature(sim)
     call find_gaps(sim, gaps)
-    call find_fluxes(sim, sinks, gaps, elapsed, remaining, lost, dt)
+    call find_fluxes(sim, sinks, gaps, elapsed, remaining, dt)
     do k = 1, sim%scene%n_heat_groups
       do r = 1, sim%nodes%n_ranges
         associate (low => sim%nodes%range(1, r), high => sim%nodes%range(2, r))
@@ -110,15 +109,14 @@ contains
       sim%nodes%g(:, :, 1), sim%probes)
     do k = 1, sim%scene%n_heat_groups
       call restore(sim, r_warming, sim%nodes%g(:, :, k))
-      call record_wall_heat(sim, lost(3, :) + lost(5, :), k, sim%nodes%g(:, :, k))
-      lost = 0.0_rp
+      associate (lost => sim%boundary%mirrors%lost)
+        call record_wall_heat(sim, lost(3, :) + lost(5, :), k, sim%nodes%g(:, :, k))
+        lost = 0.0_rp
+      end associate
     end do
     do b = 1, sim%particles%nblk
       call sim%particles%fetch(b + 1, n_conduction)
-      k = sim%scene%body(sim%particles%body(b))%heat_group
-      call heat_block(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
-                      sim%particles%ps(:, :, b), dt, sim%nodes%rec, sim%nodes%g(:, :, k), gained, &
-                      smoothed)
+      call heat_block(sim, b, dt, gained, smoothed)
     end do
     if (any(sim%scene%symmetry%temperature > 0.0_rp)) then
       sim%budget%sums(e_wall_heat) = sim%budget%sums(e_wall_heat) + smoothed
@@ -130,34 +128,34 @@ contains
   end subroutine take_conduction_step
 
   !> Heat fluxes to the nodes in a step `dt`, the remaining time or an integer fraction of it.
-  subroutine find_fluxes(sim, sinks, gaps, elapsed, remaining, lost, dt)
+  subroutine find_fluxes(sim, sinks, gaps, elapsed, remaining, dt)
     type(simulation_t), intent(inout) :: sim
     type(sinks_t), intent(inout) :: sinks
     type(gaps_t), intent(in) :: gaps
     real(rp), intent(in) :: elapsed         !! time since the last conduction step [s]
     real(rp), intent(in) :: remaining       !! time not yet covered [s]
-    real(rp), intent(inout) :: lost(8, size(sim%scene%symmetry))
     real(rp), intent(out) :: dt             !! conduction step [s]
     real(rp) :: before(8, size(sim%scene%symmetry)), film, dt_max
 
-    before = lost
+    before = sim%boundary%mirrors%lost
     film = sim%budget%sums(e_film)
     dt = remaining
     call find_sinks(sim, elapsed, dt, sinks)
     if (sim%scene%method%implicit_heat) then
       call solve_implicit(sim, sinks, gaps, dt)
+      sim%boundary%mirrors%lost = before
     end if
-    call gather_flux(sim, sinks, gaps, dt, lost)
+    call gather_flux(sim, sinks, gaps, dt)
     if (sim%scene%method%implicit_heat) return
     if (.not. (films_vary(sim%scene) .or. any(sim%tool%heat%is_on) &
                .or. allocated(sim%scene%gap))) return
     dt_max = max_stable_step(sim)
     if (dt <= dt_max) return
     dt = remaining/(aint(remaining/dt_max) + 1.0_rp)
-    lost = before
+    sim%boundary%mirrors%lost = before
     sim%budget%sums(e_film) = film
     call find_sinks(sim, elapsed, dt, sinks)
-    call gather_flux(sim, sinks, gaps, dt, lost)
+    call gather_flux(sim, sinks, gaps, dt)
   end subroutine find_fluxes
 
   !> Collective. Largest stable explicit step [s] with the boundary conductances in lane 6 of the
@@ -181,22 +179,26 @@ contains
   end function max_stable_step
 
   !> Update the temperatures of a block of particles from the nodal increments.
-  subroutine heat_block(sim, body, n, nf, ps, dt, rec, g, gained, smoothed)
-    type(simulation_t), intent(in) :: sim
-    integer, intent(in) :: body, n, nf
-    real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane), gained, smoothed
-    real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
+  subroutine heat_block(sim, b, dt, gained, smoothed)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: b
+    real(rp), intent(in) :: dt                  !! [s]
+    real(rp), intent(inout) :: gained, smoothed  !! heat of the particles, and of smoothing [J]
     integer :: first(nlane)
     real(rp) :: before(nlane), c_p(nlane), w(nlane, 18)
 
-    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
-    associate (material => sim%scene%material(sim%scene%body(body)%material))
-      before = ps(:, f_temp)
-      c_p = material%specific_heat_at(before)
-      call heat_particles(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, g, c_p, &
-                          ps(1, f_mass), smoothed_fraction(sim%scene, body, dt, nf, ps), rec, &
-                          ps(1, f_temp), ps(1, f_heat), gained, smoothed)
-      call material%apply_heat(c_p, before, ps(1, f_temp))
+    associate (p => sim%particles, nodes => sim%nodes, &
+               body => sim%scene%body(sim%particles%body(b)))
+      call weights_of(sim%scene, nodes, p%body(b), p%nf, p%ps(:, :, b), w, first)
+      associate (material => sim%scene%material(body%material))
+        before = p%ps(:, f_temp, b)
+        c_p = material%specific_heat_at(before)
+        call heat_particles(p%count(b), w, first, nodes%patch%stride, nodes%patch%nn, &
+                            nodes%g(:, :, body%heat_group), c_p, p%ps(:, f_mass, b), &
+                            smoothed_fraction(sim%scene, p%body(b), dt, p%nf, p%ps(:, :, b)), &
+                            nodes%rec, p%ps(:, f_temp, b), p%ps(:, f_heat, b), gained, smoothed)
+        call material%apply_heat(c_p, before, p%ps(:, f_temp, b))
+      end associate
     end associate
   end subroutine heat_block
 

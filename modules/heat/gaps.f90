@@ -44,9 +44,7 @@ contains
     call clear_nodes(sim%nodes, sim%nodes%g2)
     do b = 1, sim%particles%nblk
       call sim%particles%fetch(b + 1, n_conduction)
-      k = sim%scene%body(sim%particles%body(b))%heat_group
-      call add_block(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
-                     sim%particles%ps(:, :, b), sim%nodes%rec, sim%nodes%g2(:, :, k))
+      call add_block(sim, b)
     end do
     lost = 0.0_rp
     do k = 1, sim%scene%n_heat_groups
@@ -140,18 +138,20 @@ contains
   end subroutine evaluate_contact
 
   !> Add surface areas and forces of a block of particles to the nodes.
-  subroutine add_block(sim, body, n, nf, ps, rec, g)
-    type(simulation_t), intent(in) :: sim
-    integer, intent(in) :: body, n, nf
-    real(rp), intent(in) :: ps(nlane, nf)
-    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, sim%nodes%patch%nn)
+  subroutine add_block(sim, b)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: b
     integer :: first(nlane)
     real(rp) :: w(nlane, 18)
 
-    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
-    call surface_to_grid(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, &
-                         1.0_rp/sim%scene%material(sim%scene%body(body)%material)%rho, &
-                         ps(1, f_jac), ps(1, f_mass), ps(1, f_tau), rec, g)
+    associate (p => sim%particles, nodes => sim%nodes, &
+               body => sim%scene%body(sim%particles%body(b)))
+      call weights_of(sim%scene, nodes, p%body(b), p%nf, p%ps(:, :, b), w, first)
+      call surface_to_grid(p%count(b), w, first, nodes%patch%stride, nodes%patch%nn, &
+                           1.0_rp/sim%scene%material(body%material)%rho, p%ps(:, f_jac, b), &
+                           p%ps(:, f_mass, b), p%ps(:, f_tau:f_tau + 5, b), nodes%rec, &
+                           nodes%g2(:, :, body%heat_group))
+    end associate
   end subroutine add_block
 
   !> Add the heat flow through the gaps of this rank in `dt` at the temperatures in lane 4 to lane 5

@@ -50,16 +50,15 @@ contains
     real(rp), intent(in) :: dt                  !! conduction step [s]
     real(rp), parameter :: fine = 1.0e-8_rp, rough = 0.1_rp   ! relative residuals of the two solves
     real(rp), dimension(sim%nodes%patch%nn, sim%scene%n_heat_groups) :: before, b, error, x
-    real(rp) :: lost(8, size(sim%scene%symmetry)), film
+    real(rp) :: film
     real(rp) :: worst(2)                        ! largest error and temperature rise [K]
     type(nodal_system_t) :: system
     integer :: k, n
 
-    lost = 0.0_rp
     film = sim%budget%sums(e_film)   ! restored below: fluxes here are trial values
     n = sim%scene%n_heat_groups
     before = sim%nodes%g(4, :, :n)
-    call gather_flux(sim, sinks, gaps, dt, lost)
+    call gather_flux(sim, sinks, gaps, dt)
     b = sim%nodes%g2(5, :, :n) + sim%nodes%g(3, :, :n)
     call init_system(sim, system, sinks, gaps, dt)
     where (.not. system%is_free) b = 0.0_rp
@@ -96,7 +95,7 @@ contains
     type(gaps_t), intent(in), target :: gaps
     real(rp), intent(in) :: dt                  !! [s]
     real(rp), parameter :: min_change = 1.0e-9_rp     ! rms temperature change at rounding level [K]
-    real(rp) :: lost(8, size(sim%scene%symmetry)), all(1)
+    real(rp) :: all(1)
     integer :: r
 
     system%sim => sim
@@ -114,9 +113,8 @@ contains
     end do
     system%is_free(sim%boundary%mirrors%pair(1, :sim%boundary%mirrors%n_pairs), :) = .false.
     system%is_own = system%is_own .and. system%is_free
-    lost = 0.0_rp
     sim%nodes%g(4, :, :system%n) = 0.0_rp
-    call gather_flux(sim, sinks, gaps, dt, lost)
+    call gather_flux(sim, sinks, gaps, dt)
     system%at_zero = sim%nodes%g2(5, :, :system%n)
     all = sum(sim%nodes%g(1, :, :system%n), mask=system%is_own)
     call sim%world%sum(all)
@@ -182,16 +180,14 @@ contains
     class(nodal_system_t), intent(inout) :: self
     real(rp), intent(in) :: p(:, :)             !! [K]
     real(rp), intent(out) :: q(:, :)            !! [J]
-    real(rp) :: lost(8, size(self%sim%scene%symmetry))
     integer :: k
 
-    lost = 0.0_rp
     associate (g => self%sim%nodes%g, n => self%n)
       g(4, :, :n) = p
       do k = 1, n
         call restore(self%sim, r_warming, g(:, :, k))
       end do
-      call gather_flux(self%sim, self%sinks, self%gaps, self%dt, lost)
+      call gather_flux(self%sim, self%sinks, self%gaps, self%dt)
       q = merge(g(1, :, :n)*p - (self%sim%nodes%g2(5, :, :n) - self%at_zero), 0.0_rp, self%is_free)
     end associate
   end subroutine apply

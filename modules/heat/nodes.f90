@@ -40,9 +40,8 @@ contains
 
   !> Collective. Nodal capacities, temperatures and pending heat, and normal pressures along the
   !> axes if films need them (lanes 6:8).
-  subroutine gather_temperature(sim, lost)
+  subroutine gather_temperature(sim)
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(inout) :: lost(8, size(sim%scene%symmetry))   !! change of the sums by walls
     logical :: with_pressure
     integer :: a, b, k, r
 
@@ -50,13 +49,11 @@ contains
     call clear_nodes(sim%nodes, sim%nodes%g)
     do b = 1, sim%particles%nblk
       call sim%particles%fetch(b + 1, n_conduction)
-      k = sim%scene%body(sim%particles%body(b))%heat_group
-      call gather_block(sim, sim%particles%body(b), sim%particles%count(b), with_pressure, &
-                        sim%particles%nf, sim%particles%ps(:, :, b), sim%nodes%rec, &
-                        sim%nodes%g(:, :, k))
+      call gather_block(sim, b, with_pressure)
     end do
     do k = 1, sim%scene%n_heat_groups
-      call reflect(sim, r_heat, sim%nodes%g(:, :, k), lost, sim%boundary%mirrors%mass_behind(:, k))
+      call reflect(sim, r_heat, sim%nodes%g(:, :, k), sim%boundary%mirrors%lost, &
+                   sim%boundary%mirrors%mass_behind(:, k))
       call sum_all_nodes(sim, 8, sim%nodes%g(:, :, k))
       do r = 1, sim%nodes%n_ranges
         associate (low => sim%nodes%range(1, r), high => sim%nodes%range(2, r))
@@ -205,26 +202,22 @@ contains
   !> Collective. Heat to the nodes in `dt` by conduction, films, tools and gaps at the temperatures
   !> in lane 4, to lane 5 of the second grid. Lane 8: capacity times the smoothed differences of
   !> particles from the nodal field. Lane 6: conductance of tools, gaps and varying films [W/K].
-  subroutine gather_flux(sim, sinks, gaps, dt, lost)
+  subroutine gather_flux(sim, sinks, gaps, dt)
     type(simulation_t), intent(inout) :: sim
     type(sinks_t), intent(inout) :: sinks
     type(gaps_t), intent(in) :: gaps
     real(rp), intent(in) :: dt                  !! [s]
-    real(rp), intent(inout) :: lost(8, size(sim%scene%symmetry))   !! change of the sums by walls
     integer :: b, k
 
     call clear_nodes(sim%nodes, sim%nodes%g2)
     do b = 1, sim%particles%nblk
       call sim%particles%fetch(b + 1, n_conduction)
-      k = sim%scene%body(sim%particles%body(b))%heat_group
-      call diffuse_block(sim, b, sim%particles%body(b), sim%particles%count(b), dt, &
-                         sim%particles%nf, sim%particles%ps(:, :, b), sim%nodes%rec, &
-                         sim%nodes%g(:, :, k), sim%nodes%g2(:, :, k))
+      call diffuse_block(sim, b, dt)
     end do
     call add_sink_fluxes(sim, dt, sinks)
     call add_gap_fluxes(sim%nodes, gaps, dt)
     do k = 1, sim%scene%n_heat_groups
-      call reflect(sim, r_flux, sim%nodes%g2(:, :, k), lost)
+      call reflect(sim, r_flux, sim%nodes%g2(:, :, k), sim%boundary%mirrors%lost)
       call sum_all_nodes(sim, 8, sim%nodes%g2(:, :, k))
     end do
   end subroutine gather_flux
@@ -272,43 +265,48 @@ contains
   end subroutine sum_all_nodes
 
   !> Add capacity, heat and pressure of a block of particles to the nodes.
-  subroutine gather_block(sim, body, n, with_pressure, nf, ps, rec, g)
-    type(simulation_t), intent(in) :: sim
-    integer, intent(in) :: body, n, nf
+  subroutine gather_block(sim, b, with_pressure)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: b
     logical, intent(in) :: with_pressure
-    real(rp), intent(in) :: ps(nlane, nf)
-    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, sim%nodes%patch%nn)
     integer :: first(nlane)
     real(rp) :: c_p(nlane), w(nlane, 18)
 
-    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
-    c_p = sim%scene%material(sim%scene%body(body)%material)%specific_heat_at(ps(:, f_temp))
-    call capacity_to_grid(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, c_p, &
-                          ps(1, f_mass), ps(1, f_temp), ps(1, f_heat), rec, g)
-    if (with_pressure) call pressure_to_grid(n, w, first, sim%nodes%patch%stride, &
-                                             sim%nodes%patch%nn, c_p, ps(1, f_jac), ps(1, f_mass), &
-                                             ps(1, f_tau), rec, g)
+    associate (p => sim%particles, nodes => sim%nodes, &
+               body => sim%scene%body(sim%particles%body(b)))
+      call weights_of(sim%scene, nodes, p%body(b), p%nf, p%ps(:, :, b), w, first)
+      c_p = sim%scene%material(body%material)%specific_heat_at(p%ps(:, f_temp, b))
+      call capacity_to_grid(p%count(b), w, first, nodes%patch%stride, nodes%patch%nn, c_p, &
+                            p%ps(:, f_mass, b), p%ps(:, f_temp, b), p%ps(:, f_heat, b), nodes%rec, &
+                            nodes%g(:, :, body%heat_group))
+      if (with_pressure) call pressure_to_grid(p%count(b), w, first, nodes%patch%stride, &
+                                               nodes%patch%nn, c_p, p%ps(:, f_jac, b), &
+                                               p%ps(:, f_mass, b), p%ps(:, f_tau:f_tau + 2, b), &
+                                               nodes%rec, nodes%g(:, :, body%heat_group))
+    end associate
   end subroutine gather_block
 
   !> Add the conductive fluxes and film losses of a block of particles to the nodes.
-  subroutine diffuse_block(sim, b, body, n, dt, nf, ps, rec, g, flux)
+  subroutine diffuse_block(sim, b, dt)
     type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: b, body, n, nf
-    real(rp), intent(in) :: dt, ps(nlane, nf), g(8, sim%nodes%patch%nn)
-    real(rp), intent(inout) :: rec(8, 4, nlane), flux(8, sim%nodes%patch%nn)
+    integer, intent(in) :: b
+    real(rp), intent(in) :: dt                  !! [s]
     integer :: first(nlane)
     real(rp) :: w(nlane, 18)
 
-    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
-    associate (mat => sim%scene%material(sim%scene%body(body)%material))
-      call flux_to_grid(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, dt, &
-                        mat%conductivity_at(ps(:, f_temp)), 1.0_rp/mat%rho, &
-                        mat%specific_heat_at(ps(:, f_temp)), ps(1, f_jac), ps(1, f_mass), &
-                        ps(1, f_temp), smoothed_fraction(sim%scene, body, dt, nf, ps), g, rec, flux)
+    associate (p => sim%particles, nodes => sim%nodes, &
+               body => sim%scene%body(sim%particles%body(b)))
+      call weights_of(sim%scene, nodes, p%body(b), p%nf, p%ps(:, :, b), w, first)
+      associate (mat => sim%scene%material(body%material), temp => p%ps(:, f_temp, b))
+        call flux_to_grid(p%count(b), w, first, nodes%patch%stride, nodes%patch%nn, dt, &
+                          mat%conductivity_at(temp), 1.0_rp/mat%rho, mat%specific_heat_at(temp), &
+                          p%ps(:, f_jac, b), p%ps(:, f_mass, b), temp, &
+                          smoothed_fraction(sim%scene, p%body(b), dt, p%nf, p%ps(:, :, b)), &
+                          nodes%g(:, :, body%heat_group), nodes%rec, &
+                          nodes%g2(:, :, body%heat_group))
+      end associate
+      if (any(body%film%acts())) call add_film_losses(sim, b, dt)
     end associate
-    if (any(sim%scene%body(body)%film%acts())) then
-      call add_film_losses(sim, b, body, n, dt, nf, ps, g, flux)
-    end if
   end subroutine diffuse_block
 
 end module heat_nodes

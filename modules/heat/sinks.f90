@@ -60,32 +60,31 @@ contains
   end function films_vary
 
   !> Add the film losses of a block of particles to the nodal fluxes.
-  subroutine add_film_losses(sim, b, body, n, dt, nf, ps, g, flux)
+  subroutine add_film_losses(sim, b, dt)
     type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: b, body, n, nf
-    real(rp), intent(in) :: dt, ps(nlane, nf), g(8, sim%nodes%patch%nn)
-    real(rp), intent(inout) :: flux(8, sim%nodes%patch%nn)
+    integer, intent(in) :: b
+    real(rp), intent(in) :: dt                        !! [s]
     real(rp) :: x(3), area, spacing(3)
     integer :: axis, face, faces, p
 
-    associate (body_now => sim%scene%body(body))
-      do p = 1, n
+    associate (body => sim%scene%body(sim%particles%body(b)), ps => sim%particles%ps(:, :, b), &
+               patch => sim%nodes%patch)
+      do p = 1, sim%particles%count(b)
         faces = tag_faces(sim%particles%tag(p, b))
         if (faces == 0) cycle
-        spacing = sim%scene%spacing_of(body, ps(p, :))
+        spacing = sim%scene%spacing_of(sim%particles%body(b), ps(p, :))
         do face = 1, 6
-          if (.not. btest(faces, face - 1) .or. .not. body_now%film(face)%acts()) cycle
-          if (body_now%film(face)%has_backing) cycle     ! heat_sinks
+          if (.not. btest(faces, face - 1) .or. .not. body%film(face)%acts()) cycle
+          if (body%film(face)%has_backing) cycle     ! a sink (list_faces)
           call face_of(spacing, face, ps(p, f_pos:f_pos + 2), axis, x, area)
-          x = sim%nodes%patch%linear_place(x)
-          associate (film => body_now%film(face))
+          x = patch%linear_place(x)
+          associate (film => body%film(face))
             if (film%varies()) then
-              call add_varying_loss(dt, film, axis, area, x, sim%nodes%patch%stride, &
-                                    sim%nodes%patch%nn, g, flux, sim%budget%sums(e_film))
+              call add_varying_loss(sim, dt, film, body%heat_group, axis, area, x)
             else
-              call film_to_grid(dt, film%coefficient, area, film%ambient, x, &
-                                sim%nodes%patch%stride, sim%nodes%patch%nn, g, flux, &
-                                sim%budget%sums(e_film))
+              call film_to_grid(dt, film%coefficient, area, film%ambient, x, patch%stride, &
+                                patch%nn, sim%nodes%g(:, :, body%heat_group), &
+                                sim%nodes%g2(:, :, body%heat_group), sim%budget%sums(e_film))
             end if
           end associate
         end do
@@ -108,36 +107,39 @@ contains
     area = product(spacing)/spacing(axis)
   end subroutine face_of
 
-  !> Add the loss of a face in `dt` by a film with a coefficient at the local pressure (lanes 6:8 of
-  !> `g`) and by radiation, linearized about the temperature before the step (lane 5). Lane 6 of
-  !> `flux` receives the conductance [W/K].
-  subroutine add_varying_loss(dt, film, axis, area, s, stride, nn, g, flux, lost)
-    type(film_t), intent(in) :: film
-    integer, intent(in) :: axis, stride(3), nn
+  !> Add the loss of a face in `dt` by a film with a coefficient at the local pressure (lanes 6:8)
+  !> and by radiation, linearized about the temperature before the step (lane 5). Lane 6 of the
+  !> second grid receives the conductance [W/K].
+  subroutine add_varying_loss(sim, dt, film, group, axis, area, s)
+    type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt                        !! [s]
+    type(film_t), intent(in) :: film
+    integer, intent(in) :: group                      !! heat group
+    integer, intent(in) :: axis                       !! normal to the face
     real(rp), intent(in) :: area                      !! area of the face [m2]
     real(rp), intent(in) :: s(3)                      !! its position from the first node [cells]
-    real(rp), intent(in) :: g(8, nn)
-    real(rp), intent(inout) :: flux(8, nn)
-    real(rp), intent(inout) :: lost                   !! accumulated loss [J]
     real(rp) :: before, h, heat, radiation, t, weight(0:7)
     integer :: c, q(0:7)
 
-    call point_nodes(s, stride, 1, min_capacity, nn, g, q, weight)
-    if (sum(weight) <= 0.0_rp) return
-    t = sum(weight*g(4, q))
-    before = sum(weight*g(5, q))
-    h = film%coefficient_at(sum(weight*g(5 + axis, q)))
+    associate (g => sim%nodes%g(:, :, group))
+      call point_nodes(s, sim%nodes%patch%stride, 1, min_capacity, sim%nodes%patch%nn, g, q, weight)
+      if (sum(weight) <= 0.0_rp) return
+      t = sum(weight*g(4, q))
+      before = sum(weight*g(5, q))
+      h = film%coefficient_at(sum(weight*g(5 + axis, q)))
+    end associate
     radiation = film%emissivity*stefan_boltzmann*before**3
     heat = h*(t - film%ambient) + radiation*before + 4.0_rp*radiation*(t - before) &
            - film%emissivity*stefan_boltzmann*film%ambient**4
     heat = dt*area*heat
     h = h + 4.0_rp*radiation
-    do c = 0, 7
-      flux(5, q(c)) = flux(5, q(c)) - heat*weight(c)
-      flux(6, q(c)) = flux(6, q(c)) + h*area*weight(c)
-    end do
-    lost = lost + heat
+    associate (flux => sim%nodes%g2(:, :, group))
+      do c = 0, 7
+        flux(5, q(c)) = flux(5, q(c)) - heat*weight(c)
+        flux(6, q(c)) = flux(6, q(c)) + h*area*weight(c)
+      end do
+    end associate
+    sim%budget%sums(e_film) = sim%budget%sums(e_film) + heat
   end subroutine add_varying_loss
 
   !> Collective. List the contacts with heat sinks from means over the time since the last
@@ -170,8 +172,7 @@ contains
       do b = 1, sim%particles%nblk
         if (.not. any(sim%particles%ps(:sim%particles%count(b), sim%tool(k)%heat%place, &
                                        b) > 0.0_rp)) cycle
-        call list_block(sim, sim%tool(k), k, sim%particles%body(b), sim%particles%count(b), &
-                        sim%particles%nf, sim%particles%ps(:, :, b), elapsed, sinks)
+        call list_block(sim, k, b, elapsed, sinks)
       end do
     end do
     if (size(sim%backing) > 0) then
@@ -247,20 +248,20 @@ contains
     end do
   end subroutine list_faces
 
-  !> Add the particles of a block in contact with tool `k`.
-  subroutine list_block(sim, tool, k, body, n, nf, ps, elapsed, sinks)
+  !> Add the particles of block `b` in contact with tool `k`.
+  subroutine list_block(sim, k, b, elapsed, sinks)
     type(simulation_t), intent(in) :: sim
-    type(tool_t), intent(in) :: tool
-    integer, intent(in) :: k, body, n, nf
-    real(rp), intent(in) :: ps(nlane, nf)
+    integer, intent(in) :: k, b
     real(rp), intent(in) :: elapsed                    !! time since the last conduction step [s]
     type(sinks_t), intent(inout) :: sinks
     integer :: c, first(nlane), i, j, l, p
     real(rp) :: area, gap, half_spacing_resistance, normal(3), margin, w(nlane, 18)
 
-    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
-    associate (mat => sim%scene%material(sim%scene%body(body)%material), t => sinks)
-      do p = 1, n
+    associate (t => sinks, tool => sim%tool(k), body => sim%particles%body(b), &
+               mat => sim%scene%material(sim%scene%body(sim%particles%body(b))%material), &
+               ps => sim%particles%ps(:, :, b))
+      call weights_of(sim%scene, sim%nodes, body, sim%particles%nf, ps, w, first)
+      do p = 1, sim%particles%count(b)
         if (ps(p, tool%heat%place) <= 0.0_rp) cycle
         t%n = t%n + 1
         c = 0
