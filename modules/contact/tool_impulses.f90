@@ -72,7 +72,7 @@ contains
     call find_separate_sides(sim, sim%tool(k)%mean_motion(sim%clock%time, dt))
     call list_nodes(sim, sim%tool(k), g)
     call mark_held(sim)
-    call find_contact_particles(sim, sim%tool(k), k, group, dt, g)
+    call find_contact_particles(sim, k, group, dt, g)
     call add_masses(sim, sim%scene%method%scheme /= scheme_usl)
     call reflect_masses(sim)
   end subroutine find_contact

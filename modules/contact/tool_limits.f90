@@ -107,9 +107,8 @@ contains
   !> Replace the weights `w` of candidates at an edge by those of the covered part of their domains:
   !> a pressure on the whole domain would act beyond the edge, as if the tool were wider by a fifth
   !> of a cell.
-  subroutine cut_at_edges(sim, tool, near, first, w)
+  subroutine cut_at_edges(sim, near, first, w)
     type(simulation_t), intent(in) :: sim
-    type(tool_t), intent(in) :: tool
     type(candidates_t), intent(in) :: near
     integer, intent(in) :: first(nlane)
     real(rp), intent(inout) :: w(nlane, 18)
@@ -122,9 +121,9 @@ contains
       half = sim%scene%domain(near%body)
       if (sim%scene%layout%half > 0) half = near%ps(p, &
                                                     sim%scene%layout%half:sim%scene%layout%half + 2)
-      call tool%distance(x, gap, unused, edge_distance)
+      call sim%tool(near%tool)%distance(x, gap, unused, edge_distance)
       if (edge_distance >= norm2(half*h)) cycle
-      slope = edge_gradient(tool, x, near%normal(:, p), minval(h))
+      slope = edge_gradient(sim%tool(near%tool), x, near%normal(:, p), minval(h))
       cut = min(half, max(0.0_rp, norm2(slope*half*h) - max(0.0_rp, edge_distance))*abs(slope)/h)
       do a = 1, 3
         if (cut(a) <= 0.0_rp) cycle
@@ -160,42 +159,39 @@ contains
     if (norm2(slope) > 0.0_rp) slope = slope/norm2(slope)
   end function edge_gradient
 
-  !> Limit the impulses of the touching particles, at the positions `place` of the candidates: along
-  !> the surface by the friction law with the strength of the shear layer and a coefficient that may
-  !> depend on the state; normal to it at an edge, for the covered fraction, by the pressure under
-  !> the edge of a punch (Prandtl 1920, plane; Shield 1955, round).
-  subroutine limit_impulses(scene, tool, dt, near, n, place, particle)
+  !> Limit the impulses of the touching ones of the candidates: along the surface by the friction
+  !> law with the strength of the shear layer and a coefficient that may depend on the state; normal
+  !> to it at an edge, for the covered fraction, by the pressure under the edge of a punch (Prandtl
+  !> 1920, plane; Shield 1955, round).
+  subroutine limit_impulses(scene, tool, dt, near, particle)
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool
     real(rp), intent(in) :: dt
     type(candidates_t), intent(in) :: near
-    integer, intent(in) :: n, place(n)
-    type(contact_particle_t), intent(inout) :: particle(n)
-    real(rp) :: coefficient(n)
+    type(contact_particle_t), intent(inout) :: particle(:)
+    real(rp) :: coefficient(size(particle))
 
-    if (n == 0) return
+    if (size(particle) == 0) return
     coefficient = tool%friction_law%coefficient
     if (tool%friction_table%of /= of_nothing) then
-      coefficient = look_up_friction(tool%friction_table, near%n, scene%layout%n, near%ps, n, &
-                                     place, particle)
+      coefficient = look_up_friction(tool%friction_table, near, particle)
       if (tool%friction_law%kind == law_coulomb) particle%mu = coefficient
     end if
     particle%max_friction = no_limit
     particle%transition = no_limit
     particle%max_normal_impulse = no_limit
     if (particle(1)%can_flow) call limit_by_strength(scene, tool%friction_law, coefficient, dt, &
-                                                     near, n, place, particle)
+                                                     near, particle)
   end subroutine limit_impulses
 
   !> Limit the impulses of each touching particle by the strength of the material: along the surface
   !> by the friction law, and normal to it at edges. Friction heats no further than to melting.
-  subroutine limit_by_strength(scene, law, coefficient, dt, near, n, place, particle)
+  subroutine limit_by_strength(scene, law, coefficient, dt, near, particle)
     type(scene_t), intent(in) :: scene
     type(friction_law_t), intent(in) :: law
-    integer, intent(in) :: n, place(n)
-    real(rp), intent(in) :: coefficient(n), dt
     type(candidates_t), intent(in) :: near
-    type(contact_particle_t), intent(inout) :: particle(n)
+    type(contact_particle_t), intent(inout) :: particle(:)
+    real(rp), intent(in) :: coefficient(size(particle)), dt
     real(rp) :: depth(nlane), face, melting_heat(nlane), shear, v(nlane)
     type(shear_layer_t) :: layer
     logical :: is_unlimited
@@ -204,10 +200,11 @@ contains
     associate (body => scene%body(near%body), layout => scene%layout)
       v = 0.0_rp
       depth = 1.0_rp
-      do i = 1, n
-        depth(place(i)) = particle(i)%surface_distance
-        v(place(i)) = norm2(particle(i)%slip) &
-                      + root3*near%ps(place(i), f_rate)*particle(i)%surface_distance
+      do i = 1, size(particle)
+        associate (t => particle(i), p => particle(i)%candidate)
+          depth(p) = t%surface_distance
+          v(p) = norm2(t%slip) + root3*near%ps(p, f_rate)*t%surface_distance
+        end associate
       end do
       call find_shear_layer(scene%material(body%material), near%n, near%ps(:, f_plastic), &
                             near%ps(:, f_temp), layout%n_law, &
@@ -215,8 +212,9 @@ contains
       melting_heat = no_limit
       if (scene%method%conducts) melting_heat = near%ps(:, f_mass)*scene%material(body%material)% &
         heat_to_melt(near%ps(:, f_temp)) - near%ps(:, f_heat)
-      do i = 1, n
-        associate (t => particle(i), strength => layer%stress(place(i)))
+      do i = 1, size(particle)
+        associate (t => particle(i), p => particle(i)%candidate, &
+                   strength => layer%stress(particle(i)%candidate))
           face = product(t%spacing)/norm2(t%normal*t%spacing)
           shear = dt*face*max(0.0_rp, strength)
           if (t%covered_fraction < 1.0_rp) t%max_normal_impulse = t%covered_fraction &
@@ -226,47 +224,45 @@ contains
                           t%transition)
           is_unlimited = law%has_no_shear_limit() .and. shear > 0.0_rp
           if (is_unlimited) t%max_friction = no_limit
-          t%max_friction = min(t%max_friction, melting_heat(place(i))/max(1.0_rp/no_limit, &
-                                                                          norm2(t%slip)))
+          t%max_friction = min(t%max_friction, melting_heat(p)/max(1.0_rp/no_limit, norm2(t%slip)))
           t%max_friction = max(molten_limit, t%max_friction)  ! in contact without friction
           t%transition = min(t%transition, t%max_friction)
           if (is_unlimited .or. shear <= 0.0_rp) cycle
-          t%layer_depth = depth(place(i))
+          t%layer_depth = depth(p)
           t%face_area = t%covered_fraction*face
-          t%softening = layer%softening(place(i))
-          t%temperature_rise = layer%rise(place(i))
-          t%log_rate = layer%log_rate(place(i))
+          t%softening = layer%softening(p)
+          t%temperature_rise = layer%rise(p)
+          t%log_rate = layer%log_rate(p)
           t%layer_strength = shear
-          t%rate_sensitivity = max(min_sensitivity, layer%sensitivity(place(i))/strength)
-          t%resolved_rate = near%ps(place(i), f_rate)
+          t%rate_sensitivity = max(min_sensitivity, layer%sensitivity(p)/strength)
+          t%resolved_rate = near%ps(p, f_rate)
         end associate
       end do
     end associate
   end subroutine limit_by_strength
 
-  !> Friction coefficients of the touching ones of `n` candidates, from their temperature, the
+  !> Friction coefficients of the touching ones of the candidates, from their temperature, the
   !> contact pressure in the body, or the sliding speed.
-  pure function look_up_friction(table, n, nf, ps, n_particles, place, particle) result(found)
+  pure function look_up_friction(table, near, particle) result(found)
     type(friction_table_t), intent(in) :: table
-    integer, intent(in) :: n, nf, n_particles, place(n_particles)
-    real(rp), intent(in) :: ps(nlane, nf)
-    type(contact_particle_t), intent(in) :: particle(n_particles)
-    real(rp) :: found(n_particles)
+    type(candidates_t), intent(in) :: near
+    type(contact_particle_t), intent(in) :: particle(:)
+    real(rp) :: found(size(particle))
     real(rp), dimension(nlane) :: mu, pressure, slip
     integer :: i, p
 
     pressure = 0.0_rp
     slip = 0.0_rp
-    do i = 1, n_particles
-      p = place(i)
-      associate (a => particle(i)%normal, tau => ps(p, f_tau:f_tau + 5))
+    do i = 1, size(particle)
+      p = particle(i)%candidate
+      associate (a => particle(i)%normal, tau => near%ps(p, f_tau:f_tau + 5))
         pressure(p) = max(0.0_rp, -(sum(a**2*tau(1:3)) + 2.0_rp*(a(1)*a(2)*tau(4) &
-                          + a(2)*a(3)*tau(5) + a(1)*a(3)*tau(6)))/ps(p, f_jac))
+                          + a(2)*a(3)*tau(5) + a(1)*a(3)*tau(6)))/near%ps(p, f_jac))
         slip(p) = norm2(particle(i)%slip)
       end associate
     end do
-    call table%coefficients(n, ps(1, f_temp), pressure, slip, mu)
-    found = mu(place)
+    call table%coefficients(near%n, near%ps(:, f_temp), pressure, slip, mu)
+    found = mu(particle%candidate)
   end function look_up_friction
 
   !> Compute the shear layers of `n` particles with plastic strain `alpha`, temperature and state,
@@ -291,18 +287,17 @@ contains
     layer%rise = material%plastic_heat*v*z/(2.0_rp*conductivity)*layer%stress
     rise = max(min_rise, layer%rise)
     call flow_strength(material, alpha, temp + rise, rate, n_state, state, sigma, hot_slope)
-    call solve_layer(material%plastic_heat, conductivity, n, z, v, base, &
+    call solve_layer(material%plastic_heat, conductivity, n, v, base, &
                  max(0.0_rp, (base - sigma)/rise), 0.5_rp*(slope + hot_slope), layer)
   end subroutine find_shear_layer
 
   !> Solve for the layer under the linear law sigma = base + slope ln(rate/uniform rate) -
   !> softening_rate rise, by Newton's method in the stress, on which the temperature rise depends
   !> almost linearly.
-  pure subroutine solve_layer(plastic_heat, conductivity, n, z, v, base, softening_rate, slope, &
-                              layer)
+  pure subroutine solve_layer(plastic_heat, conductivity, n, v, base, softening_rate, slope, layer)
     real(rp), intent(in) :: plastic_heat, conductivity(nlane)   !! [-], [W/(m K)]
     integer, intent(in) :: n
-    real(rp), dimension(nlane), intent(in) :: z, v, base, softening_rate, slope
+    real(rp), dimension(nlane), intent(in) :: v, base, softening_rate, slope
     type(shear_layer_t), intent(inout) :: layer      !! on entry, the layer of uniform rate
     integer, parameter :: n_newton = 3
     real(rp), parameter :: min_slope = 1.0e-3_rp   !! lower bound of the slope over the stress: a
@@ -313,7 +308,7 @@ contains
     do p = 1, n
       if (base(p) <= 0.0_rp) cycle
       a = softening_rate(p)/max(slope(p), min_slope*base(p))
-      rise_per_stress = plastic_heat*v(p)*z(p)/(2.0_rp*root3*conductivity(p))
+      rise_per_stress = plastic_heat*v(p)*layer%thickness(p)/(2.0_rp*root3*conductivity(p))
       if (a*rise_per_stress*base(p) < min_softening) cycle
       sigma = base(p)
       do iteration = 1, n_newton
@@ -330,7 +325,7 @@ contains
       layer%sensitivity(p) = slope(p)/root3
       layer%log_rate(p) = layer%log_rate(p) + log(x/t) - 2.0_rp*log_cosh
       layer%rise(p) = rise
-      layer%thickness(p) = z(p)*t/x
+      layer%thickness(p) = layer%thickness(p)*t/x
       layer%softening(p) = x*t
     end do
   end subroutine solve_layer

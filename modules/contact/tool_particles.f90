@@ -31,7 +31,6 @@ module contact_tool_particles
   use state_run, only: clock_t
   use state_scene, only: scheme_usl
   use tools_law, only: normal_velocity, of_nothing
-  use tools_tool, only: rigid_t, tool_t
   implicit none (type, external)
   private
 
@@ -47,66 +46,62 @@ module contact_tool_particles
 contains
 
   !> Find the particles of a group whose surface would be inside the tool at the end of the step.
-  subroutine find_contact_particles(sim, tool, k, group, dt, g)
+  subroutine find_contact_particles(sim, k, group, dt, g)
     type(simulation_t), intent(inout) :: sim
-    type(tool_t), intent(in) :: tool
     integer, intent(in) :: k, group
     real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
     type(candidates_t) :: near
-    type(rigid_t) :: rigid
     integer :: b
-    real(rp) :: moved, reach(size(sim%scene%body)), displacement
+    real(rp) :: moved, reach(size(sim%scene%body))
 
-    rigid = tool%mean_motion(sim%clock%time, dt)
+    call near%init(sim%scene%layout, sim%tool(k)%friction_table%of /= of_nothing)
+    near%tool = k
+    near%rigid = sim%tool(k)%mean_motion(sim%clock%time, dt)
     ! Bound of the displacement: no particle is faster than the nodes, and a distance changes by no
     ! more than the displacement.
-    displacement = dt*sim%clock%max_speed + (0.01_rp + slop)*sim%scene%grid%longest()
-    reach = [(displacement + (0.5_rp + friction_distance)*sim%scene%body(b)%longest_diagonal(), &
-              b=1, size(reach))]
-    moved = sim%clock%displacement + tool%displacement()
-    call near%init(sim%scene%layout, tool%friction_table%of /= of_nothing)
+    near%displacement = dt*sim%clock%max_speed + (0.01_rp + slop)*sim%scene%grid%longest()
+    reach = near%displacement + (0.5_rp + friction_distance) &
+            *[(sim%scene%body(b)%longest_diagonal(), b=1, size(reach))]
+    moved = sim%clock%displacement + sim%tool(k)%displacement()
     do b = 1, sim%particles%n_awake
       associate (body => sim%particles%body(b))
         if (sim%scene%body(body)%group /= group) cycle
         if (sim%particles%clearance(k, b) > reach(body) + moved) cycle
         if (near%n > 0 .and. near%body /= body) then
-          call list_contact_particles(sim, tool, rigid, dt, g, near)
+          call list_contact_particles(sim, dt, g, near)
         end if
-        call gather_near(sim, tool, rigid, b, sim%particles%count(b), reach(body), displacement, &
-                         dt, g, near)
+        call gather_near(sim, b, reach(body), dt, g, near)
       end associate
     end do
-    if (near%n > 0) call list_contact_particles(sim, tool, rigid, dt, g, near)
+    if (near%n > 0) call list_contact_particles(sim, dt, g, near)
   end subroutine find_contact_particles
 
   !> Gather the candidates of block `b`; a full list is processed at once.
-  subroutine gather_near(sim, tool, rigid, b, n, reach, displacement, dt, g, near)
+  subroutine gather_near(sim, b, reach, dt, g, near)
     type(simulation_t), intent(inout) :: sim
-    type(tool_t), intent(in) :: tool
-    type(rigid_t), intent(in) :: rigid
-    integer, intent(in) :: b, n
+    integer, intent(in) :: b
     real(rp), intent(in) :: reach         !! largest distance of touching particle centres from the
                                           !! tool [m]
-    real(rp), intent(in) :: displacement  !! largest closing of a gap in the step [m]
     real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
     type(candidates_t), intent(inout) :: near
     real(rp), parameter :: rounding = 1.0_rp + 1.0e-9_rp
-    real(rp) :: cutoff, d(n), gap, half, normal(3), edge_distance, spacing(3)
+    real(rp) :: cutoff, d(nlane), gap, half, normal(3), edge_distance, spacing(3)
     integer :: p
 
-    associate (ps => sim%particles%ps(:, :, b))
+    associate (ps => sim%particles%ps(:, :, b), n => sim%particles%count(b), &
+               tool => sim%tool(near%tool))
       call tool%clearances(n, ps(:, f_pos:f_pos + 2), reach, d, is_bound=.true.)
       do p = 1, n
         spacing = sim%scene%spacing_of(sim%particles%body(b), ps(p, :))
-        cutoff = displacement + rounding*(0.5_rp*ps(p, sim%scene%layout%surface_offset) &
-                                          + friction_distance)*maxval(spacing)
+        cutoff = near%displacement + rounding*(0.5_rp*ps(p, sim%scene%layout%surface_offset) &
+                                               + friction_distance)*maxval(spacing)
         if (d(p) > cutoff) cycle
         call tool%distance(ps(p, f_pos:f_pos + 2), gap, normal, edge_distance, cutoff)
         if (gap > cutoff) cycle
         half = 0.5_rp*ps(p, sim%scene%layout%surface_offset)*extent(spacing, normal, edge_distance)
-        if (gap - half > displacement + friction_distance*norm2(normal*spacing)) cycle
+        if (gap - half > near%displacement + friction_distance*norm2(normal*spacing)) cycle
         call near%add(sim%particles, b, p, normal, half)
-        if (near%n == nlane) call list_contact_particles(sim, tool, rigid, dt, g, near)
+        if (near%n == nlane) call list_contact_particles(sim, dt, g, near)
       end do
     end associate
   end subroutine gather_near
@@ -124,26 +119,27 @@ contains
   end function extent
 
   !> List the candidates that take part in contact, and empty the list of candidates.
-  subroutine list_contact_particles(sim, tool, rigid, dt, g, near)
+  subroutine list_contact_particles(sim, dt, g, near)
     type(simulation_t), intent(inout) :: sim
-    type(tool_t), intent(in) :: tool
-    type(rigid_t), intent(in) :: rigid
     real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
     type(candidates_t), intent(inout) :: near
     real(rp) :: edge, friction_zone, size, w(nlane, 18), zone
-    integer :: before, first(nlane), n, p, place(nlane)   ! place: position among the candidates
+    integer :: before, first(nlane), p
     type(contact_particle_t) :: particle
     logical :: at_surface
 
     before = sim%contact%n
     particle%can_flow = allocated(sim%scene%material(sim%scene%body(near%body)%material)%flow)
     at_surface = sim%scene%method%scheme == scheme_usl .or. particle%can_flow
-    friction_zone = merge(friction_distance, 0.0_rp, at_surface .and. (tool%has_friction() &
-                                                            .or. tool%heat%is_on))
+    associate (tool => sim%tool(near%tool))
+      friction_zone = merge(friction_distance, 0.0_rp, at_surface .and. (tool%has_friction() &
+                                                              .or. tool%heat%is_on))
+    end associate
     call near%pad_lanes()
     call weights_of(sim%scene, sim%nodes, near%body, sim%scene%layout%n, near%ps, w, first)
-    if (.not. particle%can_flow) call cut_at_edges(sim, tool, near, first, w)
+    if (.not. particle%can_flow) call cut_at_edges(sim, near, first, w)
     do p = 1, near%n
+      particle%candidate = p
       particle%block = near%block(p)
       particle%lane = near%lane(p)
       particle%surface_distance = near%surface_distance(p)
@@ -165,51 +161,47 @@ contains
       size = norm2(particle%normal*particle%spacing)
       edge = length_along(particle%cell_edges, particle%normal)
       zone = merge(slop*edge, 0.0_rp, at_surface)
-      if (.not. takes_part(sim%clock, tool, rigid, dt, zone, friction_zone*size, &
-                           sim%scene%method%is_bspline, near%ps(p, f_pos:f_pos + 2), &
+      if (.not. takes_part(sim, near, dt, zone, friction_zone*size, near%ps(p, f_pos:f_pos + 2), &
                            velocity_at(sim%nodes, particle%first, particle%w, g), particle)) cycle
       call sim%contact%add_particle_in_contact(particle)
-      place(sim%contact%n - before) = p
     end do
-    n = sim%contact%n - before
-    call limit_impulses(sim%scene, tool, dt, near, n, place, &
-                        sim%contact%particle(before + 1:before + n))
+    call limit_impulses(sim%scene, sim%tool(near%tool), dt, near, &
+                        sim%contact%particle(before + 1:sim%contact%n))
     near%n = 0
   end subroutine list_contact_particles
 
   !> True if a particle at `x`, with surface velocity `v`, takes part in contact: the surface would
   !> be inside the tool at the end of the step, approaches too fast in the slow zone, or is within
   !> the friction zone. Sets its closing velocity, slip and covered fraction.
-  logical function takes_part(clock, tool, rigid, dt, zone, friction_zone, is_bspline, x, v, &
-                              particle)
-    type(clock_t), intent(in) :: clock
-    type(tool_t), intent(in) :: tool
-    type(rigid_t), intent(in) :: rigid
-    real(rp), intent(in) :: dt, zone, friction_zone, x(3), v(3)
-    logical, intent(in) :: is_bspline
+  logical function takes_part(sim, near, dt, zone, friction_zone, x, v, particle)
+    type(simulation_t), intent(in) :: sim
+    type(candidates_t), intent(in) :: near
+    real(rp), intent(in) :: dt, x(3), v(3)         !! [s], [m], [m/s]
+    real(rp), intent(in) :: zone, friction_zone    !! distances from the tool [m]
     type(contact_particle_t), intent(inout) :: particle
     real(rp) :: back, gap, relative(3), edge_distance, time, unused(3)
 
-    call tool%distance(x + dt*v, gap, particle%normal, edge_distance)
+    call sim%tool(near%tool)%distance(x + dt*v, gap, particle%normal, edge_distance)
     gap = gap - particle%surface_distance
     takes_part = gap < max(zone, friction_zone)
     if (.not. takes_part) return
-    relative = v - rigid%velocity_at(x - particle%surface_distance*particle%normal + 0.5_rp*dt*v)
+    relative = v - near%rigid%velocity_at(x - particle%surface_distance*particle%normal &
+                                          + 0.5_rp*dt*v)
     ! Independent of the step size: smaller steps give the same contact.
-    time = relaxation_time(clock, particle)
-    back = recovery_speed*wave_speed(clock)
-    call normal_velocity(dt, clock%dt, zone, time, back, gap, particle%normal, relative, &
+    time = relaxation_time(sim%clock, particle)
+    back = recovery_speed*wave_speed(sim%clock)
+    call normal_velocity(dt, sim%clock%dt, zone, time, back, gap, particle%normal, relative, &
                          particle%closing_velocity, particle%slip, particle%approach_velocity)
-    particle%mu = tool%friction
+    particle%mu = sim%tool(near%tool)%friction
     particle%touches = gap < zone .and. particle%closing_velocity > 0.0_rp
     takes_part = particle%touches .or. gap < friction_zone
     particle%covered_fraction = 1.0_rp
-    if (particle%can_flow) particle%covered_fraction = covered_fraction_of(tool, is_bspline, x &
-                                                          + dt*v, edge_distance, particle)
+    if (particle%can_flow) particle%covered_fraction = covered_fraction_of(sim%tool(near%tool), &
+      sim%scene%method%is_bspline, x + dt*v, edge_distance, particle)
     particle%edge_closing_velocity = 0.0_rp
     gap = gap + (1.0_rp - particle%covered_fraction)*norm2(particle%normal*particle%spacing)
     if (particle%covered_fraction < 1.0_rp .and. gap < zone) then
-      call normal_velocity(dt, clock%dt, zone, time, back, gap, particle%normal, relative, &
+      call normal_velocity(dt, sim%clock%dt, zone, time, back, gap, particle%normal, relative, &
                            particle%edge_closing_velocity, unused)
     end if
     if (particle%covered_fraction <= 0.0_rp &

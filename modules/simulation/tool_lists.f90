@@ -3,6 +3,7 @@
 module simulation_tool_lists
   use base_kinds, only: nlane, rp
   use particles_store, only: f_plastic, f_rate, f_tau, layout_t, n_conduction, particles_t
+  use tools_tool, only: rigid_t
   implicit none (type, external)
   private
 
@@ -29,6 +30,9 @@ module simulation_tool_lists
   !> Candidates for contact, gathered from their blocks into one: a block at a tool has only a few,
   !> and weights and flow laws are evaluated for whole blocks.
   type :: candidates_t
+    integer :: tool = 0
+    type(rigid_t) :: rigid                        !! mean motion of the tool in the step
+    real(rp) :: displacement = 0.0_rp             !! largest closing of a gap in the step [m]
     integer :: n = 0
     integer :: body = 0                           !! body of all candidates
     integer :: block(nlane) = 0, lane(nlane) = 0  !! block and lane of each candidate
@@ -43,6 +47,7 @@ module simulation_tool_lists
   !> A particle that touches the tool, or is near enough for friction.
   type :: contact_particle_t
     integer :: block = 0, lane = 0, first = 0
+    integer :: candidate = 0                    !! index among the candidates
     real(rp) :: surface_distance = 0.0_rp       !! distance from centre to surface [m]
     logical :: can_flow = .false.               !! the material has a flow law
     logical :: touches = .false.                !! false: only near
