@@ -23,7 +23,6 @@ module heat_solvers_rates
     real(rp), allocatable :: conductivity(:)  !! conductivity of each body [W/(m K)], if constant
     type(wall_films_t) :: film
     type(heat_source_t), allocatable :: source(:)
-    real(rp), allocatable :: total(:, :)          !! (2, sources) covered moments of all ranks
     logical, allocatable :: is_on(:)              !! active sources in the current step
     real(rp), allocatable :: theta(:)             !! (1-np:np(nx+1)) state [K]
     real(rp) :: max_decay_rate = 0.0_rp           !! upper bound of the decay rates [1/s]
@@ -71,7 +70,6 @@ contains
     if (n > 0) largest = maxval(2.0_rp*sum(rate, dim=1)*diffusivity_ratio(self%property) + loss)
     call world%max(largest)
     self%max_decay_rate = largest(1)
-    allocate (self%total(2, size(self%source)), source=0.0_rp)
     allocate (self%is_on(size(self%source)), source=.false.)
     do i = 1, size(self%source)
       call self%source(i)%find_walls(self%mesh)
@@ -106,12 +104,13 @@ contains
 
     do i = 1, size(self%source)
       self%is_on(i) = self%source(i)%is_on(t)
-      self%total(:, i) = 0.0_rp
       if (.not. self%is_on(i)) cycle
-      call self%source(i)%move(self%mesh, t, t_end)
-      if (self%source(i)%kind == kind_stir) cycle
-      self%total(:, i) = sum(self%source(i)%moment(1:3:2, :self%source(i)%n), dim=2)
-      call self%world%sum(self%total(:, i))
+      associate (s => self%source(i))
+        call s%move(self%mesh, t, t_end)
+        if (s%kind == kind_stir) cycle
+        s%total = sum(s%moment(1:3:2, :s%n), dim=2)
+        call self%world%sum(s%total)
+      end associate
     end do
   end subroutine set_sources
 
@@ -202,8 +201,7 @@ contains
 
     if (mesh%nx == 0) return
     kept = out(mesh%irregular)
-    call sweep(mesh%np, mesh%n(3), mesh%nx, mesh%xm, mesh%xp, mesh%ym, mesh%yp, mesh%zm, mesh%zp, &
-               a, phi, y, out, y0, m0)
+    call sweep(mesh, a, phi, y, out, y0, m0)
     do i = 1, size(mesh%irregular)
       c = mesh%irregular(i)
       associate (q => mesh%irregular_rate(:, i))
@@ -217,23 +215,24 @@ contains
 
   !> Conductive rates of all cells as if uncut. At the ends a rate of 0 multiplies neighbouring
   !> memory.
-  subroutine sweep(np, nz, nx, xm, xp, ym, yp, zm, zp, a, phi, y, out, y0, m0)
-    integer, intent(in) :: np, nz, nx
-    real(rp), intent(in) :: xm(nx), xp(nx), a(5)
-    real(rp), intent(in), dimension(np) :: ym, yp, zm, zp
-    real(rp), intent(in), dimension(1 - np:np*(nx + 1)) :: phi, y, y0, m0
-    real(rp), intent(inout) :: out(1 - np:np*(nx + 1))
+  subroutine sweep(mesh, a, phi, y, out, y0, m0)
+    type(heat_mesh_t), intent(in) :: mesh
+    real(rp), intent(in) :: a(5)
+    real(rp), intent(in), dimension(1 - mesh%np:mesh%np*(mesh%nx + 1)) :: phi, y, y0, m0
+    real(rp), intent(inout) :: out(1 - mesh%np:mesh%np*(mesh%nx + 1))
     real(rp) :: f, r
-    integer :: c, i, o
+    integer :: c, i, np, nz, o
 
-    do i = 1, nx
+    np = mesh%np
+    nz = mesh%n(3)
+    do i = 1, mesh%nx
       o = (i - 1)*np
       !$omp simd private(f, r)
       do c = 1, np
         f = phi(o + c)
-        r = xm(i)*(phi(o + c - np) - f) + xp(i)*(phi(o + c + np) - f) &
-            + ym(c)*(phi(o + c - nz) - f) + yp(c)*(phi(o + c + nz) - f) &
-            + zm(c)*(phi(o + c - 1) - f) + zp(c)*(phi(o + c + 1) - f)
+        r = mesh%xm(i)*(phi(o + c - np) - f) + mesh%xp(i)*(phi(o + c + np) - f) &
+            + mesh%ym(c)*(phi(o + c - nz) - f) + mesh%yp(c)*(phi(o + c + nz) - f) &
+            + mesh%zm(c)*(phi(o + c - 1) - f) + mesh%zp(c)*(phi(o + c + 1) - f)
         out(o + c) = a(1)*y(o + c) + a(2)*out(o + c) + a(3)*y0(o + c) + a(4)*r + a(5)*m0(o + c)
       end do
     end do
@@ -251,8 +250,7 @@ contains
 
     power = 0.0_rp
     if (self%property%is_constant .and. .not. self%film%radiates) then
-      call add_films_here(n, self%film%n, self%film%cell, self%film%conductance, &
-                          self%film%per_capacity, self%film%ambient, factor, t, out, power(b_film))
+      call add_constant_films(self%film, factor, t, out, power(b_film))
     else
       do i = 1, self%film%n
         c = self%film%cell(i)
@@ -265,8 +263,7 @@ contains
       if (.not. self%is_on(s)) cycle
       do i = 1, self%source(s)%n
         c = self%source(s)%cell(i)
-        call self%source(s)%heat_of(i, step_fraction, self%total(:, s), t(c), &
-                                    resistivity(self, c, t(c)), heat, slope)
+        call self%source(s)%heat_of(i, step_fraction, t(c), resistivity(self, c, t(c)), heat, slope)
         out(c) = out(c) + factor*heat/self%mesh%capacity(c)
         power(b_source) = power(b_source) + heat
       end do
@@ -274,22 +271,20 @@ contains
   end subroutine add_walls
 
   !> Add the rates of films with constant conductance.
-  pure subroutine add_films_here(n, n_films, cell, conductance, per_capacity, ambient, factor, t, &
-                                 out, power)
-    integer, intent(in) :: n, n_films, cell(n_films)
-    real(rp), intent(in), dimension(n_films) :: conductance, per_capacity, ambient
-    real(rp), intent(in) :: factor, t(n)
-    real(rp), intent(inout) :: out(n), power
+  pure subroutine add_constant_films(film, factor, t, out, power)
+    type(wall_films_t), intent(in) :: film
+    real(rp), intent(in) :: factor, t(:)
+    real(rp), intent(inout) :: out(:), power
     real(rp) :: excess
     integer :: c, i
 
-    do i = 1, n_films
-      c = cell(i)
-      excess = t(c) - ambient(i)
-      out(c) = out(c) - factor*per_capacity(i)*excess
-      power = power + conductance(i)*excess
+    do i = 1, film%n
+      c = film%cell(i)
+      excess = t(c) - film%ambient(i)
+      out(c) = out(c) - factor*film%per_capacity(i)*excess
+      power = power + film%conductance(i)*excess
     end do
-  end subroutine add_films_here
+  end subroutine add_constant_films
 
   !> Thermal resistivity 1/k of a cell at a temperature [m K/W].
   pure real(rp) function resistivity(self, c, t)
@@ -324,8 +319,7 @@ contains
       do i = 1, self%source(s)%n
         c = self%source(s)%cell(i)
         t = self%property%temperature_at(y(c))
-        call self%source(s)%heat_of(i, step_fraction, self%total(:, s), t, &
-                                    resistivity(self, c, t), heat, one)
+        call self%source(s)%heat_of(i, step_fraction, t, resistivity(self, c, t), heat, one)
         d(c) = d(c) + one
       end do
     end do

@@ -53,6 +53,7 @@ module heat_solvers_sources
     integer, allocatable :: cell(:)                  !! own cell of each
     real(rp), allocatable :: insulance(:)         !! centre depth over face area [1/m]
     real(rp), allocatable :: moment(:, :)            !! (4, n) moments at the start and the end
+    real(rp) :: total(2) = 0.0_rp                    !! moments 1 and 3, sums over all ranks
   contains
     procedure :: read_keys, find_walls, move, is_on, heat_of
   end type heat_source_t
@@ -287,11 +288,10 @@ contains
   end subroutine disc_moments
 
   !> Power into the cell of covered face or cell `i` at a fraction of the step.
-  pure subroutine heat_of(self, i, step_fraction, total, t, resistivity, power, slope)
+  pure subroutine heat_of(self, i, step_fraction, t, resistivity, power, slope)
     class(heat_source_t), intent(in) :: self
     integer, intent(in) :: i
     real(rp), intent(in) :: step_fraction
-    real(rp), intent(in) :: total(2)                 !! moments of all ranks at start and end
     real(rp), intent(in) :: t                        !! temperature of the cell [K]
     real(rp), intent(in) :: resistivity              !! resistivity of the cell [m K/W]
     real(rp), intent(out) :: power                   !! [W]
@@ -303,8 +303,10 @@ contains
     power = 0.0_rp
     slope = 0.0_rp
     if (self%kind /= kind_stir) then
-      if (total(1) > 0.0_rp) power = (1.0_rp - step_fraction)*self%power*self%moment(1, i)/total(1)
-      if (total(2) > 0.0_rp) power = power + step_fraction*self%power*self%moment(3, i)/total(2)
+      associate (all => self%total)
+        if (all(1) > 0.0_rp) power = (1.0_rp - step_fraction)*self%power*self%moment(1, i)/all(1)
+        if (all(2) > 0.0_rp) power = power + step_fraction*self%power*self%moment(3, i)/all(2)
+      end associate
       return
     end if
     m1 = (1.0_rp - step_fraction)*self%moment(2, i) + step_fraction*self%moment(4, i)

@@ -288,14 +288,15 @@ contains
   subroutine test_heat_of_sources()
     type(heat_source_t) :: disc, s
     type(heat_mesh_t) :: mesh
-    real(rp), parameter :: total(2) = [3.0_rp, 5.0_rp], moment(4) = [1.0_rp, 2.0_rp, 1.5_rp, 4.0_rp]
+    real(rp), parameter :: moment(4) = [1.0_rp, 2.0_rp, 1.5_rp, 4.0_rp]
     real(rp) :: part, t, power, slope, m1, at, low, high, other, unused, want
     integer :: i, k
 
     disc%kind = kind_disc
     disc%power = 80.0_rp
     disc%moment = spread(moment, 2, 1)
-    call disc%heat_of(1, 0.25_rp, total, 500.0_rp, 0.1_rp, power, slope)
+    disc%total = [3.0_rp, 5.0_rp]
+    call disc%heat_of(1, 0.25_rp, 500.0_rp, 0.1_rp, power, slope)
     call expect_close('power of a part of a disc', power, 0.75_rp*80.0_rp/3.0_rp &
                       + 0.25_rp*80.0_rp*1.5_rp/5.0_rp)
     allocate (mesh%wall(0))
@@ -310,7 +311,7 @@ contains
       call random_number(t)
       t = 900.0_rp*t
       m1 = (1.0_rp - part)*moment(2) + part*moment(4)
-      call s%heat_of(1, part, total, t, 0.1_rp, power, slope)
+      call s%heat_of(1, part, t, 0.1_rp, power, slope)
       low = t
       high = t + 1.0e4_rp
       do i = 1, 60
@@ -323,7 +324,7 @@ contains
       end do
       want = s%spin*m1*s%shear%at(at)
       call expect_close('heat of a stirred face', power, want, rtol=1.0e-9_rp)
-      call s%heat_of(1, part, total, t + 1.0e-4_rp, 0.1_rp, other, unused)
+      call s%heat_of(1, part, t + 1.0e-4_rp, 0.1_rp, other, unused)
       if (abs(nint(0.1_rp*at) - 0.1_rp*at) > 1.0e-3_rp) then
         call expect_close('its slope', (other - power)*1.0e4_rp, slope, rtol=1.0e-4_rp)
       end if
