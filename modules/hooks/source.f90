@@ -48,36 +48,37 @@ contains
     end do
     call t%group('SOURCE', 'repeat', 'A moving source of heat.')
     call t%key('KIND', 'choice', 1, '', 'disc', names//' stir', &
-      'disc: on the surface within RADIUS of its axis (z); ball: in the volume; stir: heat '// &
-      'alone, a disc that spins on the surface and shears it: SHARE times shear stress, spin '// &
-      'and radius')
+      'disc: on the surface within RADIUS of its axis, along z; ball: in the volume; stir, '// &
+      'heat alone: a disc that spins on the surface, with a heat flux of SHARE times shear '// &
+      'stress, spin and distance from the axis')
     call t%key('POWER', 'real', 1, 'W', 'required if KIND = '//either, '', &
-      'total power, all of it on what the source covers')
+      'power, all of it in the material that the source covers')
     call t%key('POSITION', 'real', 3, 'm', 'required', '', 'centre at t = 0')
-    call t%key('VELOCITY', 'real', 3, 'm/s', '0 0 0', '', 'of the centre')
-    call t%key('RADIUS', 'real', 1, 'm', 'required', '(0,inf)', 'extent of the source')
-    call t%key('BEGIN', 'real', 1, 's', '0', '[0,inf)', 'time of the start')
-    call t%key('END', 'real', 1, 's', '0', '[0,inf)', 'time of the end; 0: never')
-    call t%key('SPIN_RPM', 'real', 1, '1/min', '0 if KIND = stir', '', 'stir: spin')
+    call t%key('VELOCITY', 'real', 3, 'm/s', '0 0 0', '', 'velocity of the centre')
+    call t%key('RADIUS', 'real', 1, 'm', 'required', '(0,inf)', &
+      'distance from the centre, or the axis, within which the source acts')
+    call t%key('BEGIN', 'real', 1, 's', '0', '[0,inf)', 'time at which the source starts')
+    call t%key('END', 'real', 1, 's', '0', '[0,inf)', 'time at which the source ends; 0: never')
+    call t%key('SPIN_RPM', 'real', 1, '1/min', '0 if KIND = stir', '', 'spin of the disc')
     call t%key('CONTACT', 'choice', 1, '', 'sticking if KIND = stir', &
       'sticking sliding limited mixed', &
-      'stir: the shear stress: yield stress over sqrt(3); FRICTION PRESSURE; the lesser; '// &
-      'SLIP sliding and the rest sticking')
+      'shear stress under the disc: yield stress over sqrt(3); FRICTION times PRESSURE; the '// &
+      'smaller one; SLIP times that of sliding and 1 - SLIP times that of sticking')
     call t%key('FRICTION', 'real', 1, '', '0 if CONTACT = sliding or limited or mixed', '[0,inf)', &
-      'stir: coefficient of friction')
+      'coefficient of friction under the disc')
     call t%key('PRESSURE', 'real', 1, 'Pa', '0 if CONTACT = sliding or limited or mixed', &
-      '[0,inf)', 'stir: pressure under the tool')
+      '[0,inf)', 'pressure under the disc')
     call t%key('SLIP', 'real', 1, '', '0 if CONTACT = mixed', '[0,1]', &
-      'stir: part that slides if CONTACT = mixed')
+      'weight of the stress of sliding')
     call t%key('SHARE', 'real', 1, '', 'if KIND = stir', '[0,1]', &
-      'stir: part of the heat that enters the body; not given: e/(e + e_tool) with e = '// &
-      'sqrt(conductivity density specific heat)')
+      'fraction of the heat that enters the body; not given: e/(e + e_tool), with the '// &
+      'effusivities e = sqrt(conductivity density specific heat) of body and tool')
     call t%key('TOOL_DENSITY', 'real', 1, 'kg/m3', '7800 if KIND = stir', '(0,inf)', &
-      'stir: for the SHARE')
+      'density of the tool, for SHARE')
     call t%key('TOOL_SPECIFIC_HEAT', 'real', 1, 'J/(kg K)', '460 if KIND = stir', '(0,inf)', &
-      'stir: for the SHARE')
+      'specific heat of the tool, for SHARE')
     call t%key('TOOL_CONDUCTIVITY', 'real', 1, 'W/(m K)', '14.4 if KIND = stir', '[0,inf)', &
-      'stir: for the SHARE')
+      'conductivity of the tool, for SHARE')
     do k = 1, size(volume_names)
       call make_volume(trim(volume_names(k)), volume)
       call volume%add_keys(t)

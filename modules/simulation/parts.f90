@@ -27,8 +27,8 @@ module simulation_parts
   type :: column_t
     integer :: node(3) = 0                   !! 0: not stored here
     real(rp) :: weight(3) = 0.0_rp           !! weights of the nodal velocities at the face
-    real(rp) :: tail(3) = 0.0_rp             !! mass of a node that only sees a body up to the face,
-                                             !! over that of one inside
+    real(rp) :: tail(3) = 0.0_rp             !! mass of a node at a body that ends at the face, over
+                                             !! that of a node inside
     integer :: clamp = 0
     integer :: axis = 0                      !! normal to the face
     logical :: is_owned(3) = .false.
