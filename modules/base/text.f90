@@ -6,7 +6,7 @@ module base_text
   implicit none (type, external)
   private
 
-  public :: upper, lower, str, edit_distance
+  public :: upper, lower, joined, str, edit_distance
 
   !> Shortest readable text of a number.
   interface str
@@ -38,6 +38,19 @@ contains
       if (s(i:i) >= 'A' .and. s(i:i) <= 'Z') r(i:i) = achar(iachar(s(i:i)) + 32)
     end do
   end function lower
+
+  !> Words with a separator between them.
+  pure function joined(words, separator) result(r)
+    character(*), intent(in) :: words(:), separator
+    character(:), allocatable :: r
+    integer :: k
+
+    r = ''
+    do k = 1, size(words)
+      if (k > 1) r = r//separator
+      r = r//trim(words(k))
+    end do
+  end function joined
 
   pure function str_int(i) result(r)
     integer, intent(in) :: i

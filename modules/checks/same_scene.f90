@@ -72,23 +72,21 @@ contains
     type(input_t), intent(in) :: old, new
     integer, intent(in) :: g
     real(rp), intent(in) :: time
-    character(:), allocatable :: group
+    character(:), allocatable :: group, of_them
     integer :: i, k, n(2)
 
     group = trim(new%table%groups(g)%name)
     n = [old%count(group), new%count(group)]
-    do i = n(1) + 1, n(2)
-      if (new%table%groups(g)%repeats .or. group == 'HEAT') then
-        call new%report(group, i, '', 'was added: the scene of the checkpoint has not'// &
-                        trim(number_text(n(1))))
-      end if
-    end do
-    do i = n(2) + 1, n(1)
-      if (new%table%groups(g)%repeats .or. group == 'HEAT') then
-        call new%report(group, i, '', 'is missing: the scene of the checkpoint has'// &
-                        trim(number_text(n(1))))
-      end if
-    end do
+    if (new%table%groups(g)%repeats .or. group == 'HEAT') then
+      of_them = ''
+      if (n(1) > 1) of_them = ' '//str(n(1))//' of them'
+      do i = n(1) + 1, n(2)
+        call new%report(group, i, '', 'was added: the scene of the checkpoint has not'//of_them)
+      end do
+      do i = n(2) + 1, n(1)
+        call new%report(group, i, '', 'is missing: the scene of the checkpoint has'//of_them)
+      end do
+    end if
     if (.not. new%table%groups(g)%repeats) n = 1   ! without it there are its defaults
     do i = 1, minval(n)
       do k = new%table%groups(g)%first, new%table%groups(g)%last
@@ -102,15 +100,6 @@ contains
       end do
     end do
   end subroutine compare_groups
-
-  !> Text ` 2 of them`; '' for 0 and 1.
-  pure function number_text(n) result(text)
-    integer, intent(in) :: n
-    character(24) :: text
-
-    text = ''
-    if (n > 1) text = ' '//str(n)//' of them'
-  end function number_text
 
   !> End time of a heat source [s].
   real(rp) function end_of(input, i)

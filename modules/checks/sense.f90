@@ -3,7 +3,8 @@
 module checks_sense
   use base_kinds, only: rp
   use base_text, only: str
-  use bodies_solids, only: all_solids, extent_of, is_in_body, is_inside, solids_t
+  use bodies_solids, only: all_solids, extent_of, is_in_body, solids_t
+  use checks_volumes, only: filled_share
   use conditions_clamp, only: clamp_t
   use input_syntax, only: to_real
   use input_values, only: input_t
@@ -205,9 +206,8 @@ contains
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(solids_t), intent(in) :: solids(:)
-    integer, parameter :: n = 24                     !! samples along each axis
     real(rp) :: lower(3, 2), upper(3, 2), low(3), size_of(3), volume
-    integer :: a, b, n_inside, i, j, k
+    integer :: a, b
 
     do b = 2, size(solids)
       call extent_of(solids(b)%solid, lower(:, 1), upper(:, 1))
@@ -217,18 +217,7 @@ contains
         low = maxval(lower, 2)
         size_of = minval(upper, 2) - low
         if (any(size_of <= min_overlap*scene%grid%h)) cycle
-        n_inside = 0
-        do i = 1, n
-          do j = 1, n
-            do k = 1, n
-              associate (x => low + size_of*([i, j, k] - 0.5_rp)/n)
-                if (.not. is_inside(solids(a)%solid, x)) cycle
-                if (is_inside(solids(b)%solid, x)) n_inside = n_inside + 1
-              end associate
-            end do
-          end do
-        end do
-        volume = product(size_of)*n_inside/n**3
+        volume = product(size_of)*filled_share(solids([a, b]), low, size_of)
         if (volume <= product(min_overlap*scene%grid%h)) cycle
         call input%report('BODY', b, 'NAME', 'overlaps the body '//trim(scene%body(a)%name)// &
                           ' by '//str(1.0e9_rp*volume)//' mm3 (cut one away with '// &

@@ -15,7 +15,7 @@ module checks_volumes
   implicit none (type, external)
   private
 
-  public :: check_memory, check_volumes, measure_volumes, report_volumes, volumes_t
+  public :: check_memory, check_volumes, filled_share, measure_volumes, report_volumes, volumes_t
 
   ! Lower bounds of measured values (docs/speed.md), so that a scene that fits is never rejected.
   real(rp), parameter :: per_field = 12.0_rp    !! per particle and field, with reserve [bytes]
@@ -57,7 +57,7 @@ contains
       upper = max(upper, lower)
       cells = cells_in(scene, lower, upper)
       points = points + product(cells*scene%grid%h/scene%body(b)%spacing)
-      particles = particles + filled_share(solids, lower, upper) &
+      particles = particles + filled_share([solids_t(solids)], lower, upper - lower) &
                   *product(cells*scene%grid%h/scene%body(b)%spacing)
       nodes = max(nodes, product(cells))
     end do
@@ -104,20 +104,20 @@ contains
     end do
   end function cells_in
 
-  !> Share of a box that is inside the solids, estimated from samples.
-  real(rp) function filled_share(solids, lower, upper)
-    type(solid_t), intent(in) :: solids(:)
-    real(rp), intent(in) :: lower(3), upper(3)
-    integer, parameter :: n = 24
-    integer :: hits, i, j, k
+  !> Share of a box that is inside all bodies of a list, estimated from samples.
+  pure real(rp) function filled_share(list, lower, edges)
+    type(solids_t), intent(in) :: list(:)
+    real(rp), intent(in) :: lower(3), edges(3)   !! [m]
+    integer, parameter :: n = 24                 ! samples along each axis
+    real(rp) :: x(3)
+    integer :: b, hits, i, j, k
 
     hits = 0
     do i = 1, n
       do j = 1, n
         do k = 1, n
-          if (is_inside(solids, lower + (upper - lower)*(real([i, j, k], rp) - 0.5_rp)/n)) then
-            hits = hits + 1
-          end if
+          x = lower + edges*([i, j, k] - 0.5_rp)/n
+          if (all([(is_inside(list(b)%solid, x), b=1, size(list))])) hits = hits + 1
         end do
       end do
     end do

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> List of flow laws, named by LAW of a &MATERIAL.
 module flow_laws_list
+  use base_text, only: joined
   use flow_laws_hot_working, only: hot_working_t
   use flow_laws_johnson_cook, only: johnson_cook_t
   use flow_laws_norton, only: norton_t
@@ -44,14 +45,10 @@ contains
   subroutine add_law_keys(t)
     type(key_table_t), intent(inout) :: t
     class(flow_law_t), allocatable :: law
-    character(:), allocatable :: names
     integer :: k
 
-    names = 'elastic'
-    do k = 1, size(law_names)
-      names = names//' '//trim(law_names(k))
-    end do
-    call t%key('LAW', 'choice', 1, '', 'elastic', names, 'material law')
+    call t%key('LAW', 'choice', 1, '', 'elastic', 'elastic '//joined(law_names, ' '), &
+               'material law')
     do k = 1, size(law_names)
       call make_law(trim(law_names(k)), law)
       call law%add_keys(t)

@@ -159,8 +159,7 @@ contains
       time = [time, run%time]
       seconds = [seconds, spent]
       n = size(time)
-      is_complete = run%time >= scene%end_time*(1.0_rp - 1.0e-12_rp) &
-                    .or. (scene%max_steps > 0 .and. n >= scene%max_steps)
+      is_complete = scene%is_over(run%time, int(n, i8))
       if (is_complete .or. run%integrator%is_stuck) exit
       if (spent(1) > heat_time .and. n >= min_steps) exit
     end do

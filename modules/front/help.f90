@@ -5,7 +5,7 @@ module front_help
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_log, only: say
   use base_system, only: data_file
-  use base_text, only: upper
+  use base_text, only: joined, upper
   use groups_table, only: key_table
   use input_diagnostics, only: diagnostics_t
   use input_key_table, only: key_table_t
@@ -27,127 +27,55 @@ module front_help
                                             'bobbin', 'stationary', 'spot', 'refill', 'curve', &
                                             'curve.csv', 'heat']
 
-  !> An option.
-  type :: option_t
-    character(12) :: name = ''
-    character(20) :: value = ''        !! its value
-    character(240) :: about = ''
-  end type option_t
-
-  integer, parameter :: indent = 25, width = 96   !! layout of the help [characters]
-
 contains
-
-  !> All options.
-  function options() result(list)
-    type(option_t), allocatable :: list(:)
-
-    list = [ &
-      option_t('--check', '', 'report the scene and its cost; write nothing'), &
-      option_t('--check', '=scene', &
-               'the same at once, without the cost, for which steps are taken'), &
-      option_t('--material', '', 'only the flow laws, along the &PATH groups; curves as CSV'), &
-      option_t('--set', 'GROUP.KEY=VALUE', &
-               'override a value; GROUP(2).KEY or GROUP(name).KEY for one of many'), &
-      option_t('--restart', 'FILE', 'go on from a checkpoint (INPUT may be left out)'), &
-      option_t('--output', 'DIR', 'directory of the results (default: NAME.out)'), &
-      option_t('--overwrite', '', 'delete results of an earlier run of this name there, which '// &
-               'else are kept in DIR/previous_1, previous_2, ...'), &
-      option_t('--quiet', '', 'no lines of progress and speed'), &
-      option_t('--where', '', 'print DIR/NAME, which the names of all results begin with'), &
-      option_t('--new', 'SCENE', 'print a commented input to begin with: '//known_scenes()), &
-      option_t('--keys', '', 'every group and key with type, unit, default and range'), &
-      option_t('--keys', '=GROUP', 'those of one group; --keys=markdown: all as a page'), &
-      option_t('--materials', '', 'the library of materials: values and their sources'), &
-      option_t('--help', '', 'this text'), &
-      option_t('--version', '', 'commit, compiler and flags, MPI, HDF5, FFTW, PETSc')]
-  end function options
 
   !> Text `pin, shoulder, butt, lap or heat`.
   function known_scenes() result(text)
     character(:), allocatable :: text
-    integer :: k
 
-    text = trim(scenes(1))
-    do k = 2, size(scenes)
-      text = text//trim(merge(' or ', ',   ', k == size(scenes)))//' '//trim(scenes(k))
-    end do
+    associate (n => size(scenes))
+      text = joined(scenes(:n - 1), ', ')//' or '//trim(scenes(n))
+    end associate
   end function known_scenes
-
-  !> Paragraphs after the options.
-  function remarks() result(text)
-    character(:), allocatable :: text
-
-    text = 'results in NAME.out/: NAME_history.csv (energies, audit, torque, force), '// &
-      'NAME_probes.csv (thermocouples), NAME_000000.hdf ... with NAME.hdf.series (ParaView '// &
-      '5.11, h5py), NAME_tools_000000.hdf ... (their surfaces), NAME_checkpoint.h5, '// &
-      'NAME_run.txt, NAME_input.nml '// &
-      '(the input with its defaults), NAME.log; pictures: stirpost report NAME.out'//nl// &
-      'signals: SIGUSR1, SIGTERM, SIGINT or SIGHUP end the run at the next step with a '// &
-      'checkpoint, the same again at once; mpirun hands SIGUSR1 on'//nl// &
-      'exit status: 0 finished, 2 bad input (nothing written), 3 a particle was lost '// &
-      '(checkpoint written), 4 output failed, 75 stopped by a signal (checkpoint written if '// &
-      'the run had begun)'//nl
-  end function remarks
 
   !> Print the help.
   subroutine print_help()
-    type(option_t), allocatable :: list(:)
-    character(:), allocatable :: rest
-    integer :: k
-
     write (output_unit, '(a)') &
-      'Stirpoint simulates friction stir processing with the Material Point Method.', '', &
-      'usage: [mpirun -n RANKS] stirpoint INPUT [options]', ''
-    call print_entry('INPUT', 'file of namelist groups (see --new, --keys and docs/input.md)')
-    allocate (list, source=options())
-    do k = 1, size(list)
-      call print_entry(usage_of(list(k)), trim(list(k)%about))
-    end do
-    write (output_unit, '()')
-    rest = remarks()
-    do while (rest /= '')
-      k = index(rest, nl)
-      call print_wrapped(rest(:k - 1), 0, 2)
-      rest = rest(k + 1:)
-    end do
+      'Stirpoint simulates friction stir processing with the Material Point Method.', &
+      '', &
+      'usage: [mpirun -n RANKS] stirpoint INPUT [options]', &
+      '', &
+      '  INPUT                  file of namelist groups (see --new, --keys and docs/input.md)', &
+      '  --check                report the scene and its cost; write nothing', &
+      '  --check=scene          the same at once, without the cost, for which steps are taken', &
+      '  --material             only the flow laws, along the &PATH groups; curves as CSV', &
+      '  --set GROUP.KEY=VALUE  override a value; GROUP(2).KEY or GROUP(name).KEY for one', &
+      '                         of many', &
+      '  --restart FILE         go on from a checkpoint (INPUT may be left out)', &
+      '  --output DIR           directory of the results (default: NAME.out)', &
+      '  --overwrite            delete results of an earlier run of this name there, which else', &
+      '                         are kept in DIR/previous_1, previous_2, ...', &
+      '  --quiet                no lines of progress and speed', &
+      '  --where                print DIR/NAME, which the names of all results begin with', &
+      '  --new SCENE            print a commented input to begin with: pin, shoulder, butt, lap,', &
+      '                         bobbin, stationary, spot, refill, curve, curve.csv or heat', &
+      '  --keys                 every group and key with type, unit, default and range', &
+      '  --keys=GROUP           those of one group; --keys=markdown: all as a page', &
+      '  --materials            the library of materials: values and their sources', &
+      '  --help                 this text', &
+      '  --version              commit, compiler and flags, MPI, HDF5, FFTW, PETSc', &
+      '', &
+      'results in NAME.out/: NAME_history.csv (energies, audit, torque, force), NAME_probes.csv', &
+      '  (thermocouples), NAME_000000.hdf ... with NAME.hdf.series (ParaView 5.11, h5py),', &
+      '  NAME_tools_000000.hdf ... (their surfaces), NAME_checkpoint.h5, NAME_run.txt,', &
+      '  NAME_input.nml (the input with its defaults), NAME.log; pictures: stirpost', &
+      '  report NAME.out', &
+      'signals: SIGUSR1, SIGTERM, SIGINT or SIGHUP end the run at the next step with a', &
+      '  checkpoint, the same again at once; mpirun hands SIGUSR1 on', &
+      'exit status: 0 finished, 2 bad input (nothing written), 3 a particle was lost (checkpoint', &
+      '  written), 4 output failed, 75 stopped by a signal (checkpoint written if the run had', &
+      '  begun)'
   end subroutine print_help
-
-  !> Usage of an option, as `--restart FILE`.
-  pure function usage_of(option) result(text)
-    type(option_t), intent(in) :: option
-    character(:), allocatable :: text
-
-    text = trim(option%name)
-    if (option%value(1:1) /= '=') text = text//' '
-    text = trim(text//trim(option%value))
-  end function usage_of
-
-  !> Print an entry with its description.
-  subroutine print_entry(name, about)
-    character(*), intent(in) :: name, about
-    character(indent) :: left
-
-    left = '  '//name
-    call print_wrapped(left//about, indent, indent)
-  end subroutine print_entry
-
-  !> Print a paragraph in lines of `width`; all but the first are indented.
-  subroutine print_wrapped(text, from, margin)
-    character(*), intent(in) :: text
-    integer, intent(in) :: from          !! number of leading characters that are not broken
-    integer, intent(in) :: margin        !! indent of further lines
-    character(:), allocatable :: rest
-    integer :: cut
-
-    rest = text
-    do while (len(rest) > width)
-      cut = index(rest(from + 1:width + 1), ' ', back=.true.) + from
-      write (output_unit, '(a)') rest(:cut - 1)
-      rest = repeat(' ', margin)//rest(cut + 1:)
-    end do
-    write (output_unit, '(a)') rest
-  end subroutine print_wrapped
 
   !> Print all keys, those of one group, or the reference page; `ok` is false for an unknown group.
   subroutine print_keys_of(topic, ok)

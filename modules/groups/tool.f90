@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Keys of &TOOL and &MOTION; those of the shapes are in tool_shapes_list.
 module groups_tool
+  use base_text, only: joined
   use input_key_table, only: key_table_t
   use tool_shapes_list, only: add_shape_keys
   use tools_law, only: friction_laws
@@ -14,21 +15,13 @@ contains
   !> Add the rows of &TOOL and &MOTION to the table.
   subroutine add_tool(t)
     type(key_table_t), intent(inout) :: t
-    character(:), allocatable :: laws
-    integer :: k
-
-    laws = ''
-    do k = 1, size(friction_laws)
-      laws = laws//' '//trim(friction_laws(k))
-    end do
 
     call t%group('TOOL', 'repeat', 'A rigid tool that touches the bodies.')
     call t%key('NAME', 'text', 1, '', 'tool', 'name', 'name of the tool')
     call add_shape_keys(t)
     call t%key('POSITION', 'real', 3, 'm', 'required', '', &
       'place at t = 0: centre of the shoulder face, sphere or box; a point of the plane')
-    call t%key('FRICTION_LAW', 'choice', 1, '', 'coulomb', &
-      trim(adjustl(laws)), &
+    call t%key('FRICTION_LAW', 'choice', 1, '', 'coulomb', joined(friction_laws, ' '), &
       'law of friction: with the pressure p and the shear strength k of the body, least of '// &
       'FRICTION p and k; SHEAR_FACTOR k; the same on the real area of contact; '// &
       'STICK_FRACTION k and the rest as coulomb')

@@ -8,15 +8,13 @@ module heat_alone_files
   use base_system, only: peak_memory
   use base_text, only: str
   use base_timers, only: cpu_seconds, wall_time
-  use heat_alone_checkpoint, only: save_heat
-  use heat_alone_state, only: heat_run_t, read_probes, sample_cells
+  use heat_alone_state, only: heat_run_t, read_probes, sample_cells, save_heat
   use heat_solvers_linear, only: by_cg, euler, method_names, rkl2, solver_names
   use heat_solvers_rates, only: b_film, b_source, n_books
   use io_frames, only: frame_name, write_heat_frame, write_series
   use io_histories, only: row_t, table_t
   use output_guards, only: melting_t
-  use output_progress, only: percent, span
-  use output_time_left, only: time_left_t
+  use output_progress, only: progress_t
   use output_writer, only: next_time
   use state_scene, only: output_t, scene_t
   implicit none (type, external)
@@ -30,17 +28,13 @@ module heat_alone_files
   type :: heat_writer_t
     type(table_t) :: history, probes
     character(32), allocatable :: probe(:)    !! names of the probes
-    real(rp) :: started = 0.0_rp              !! wall-clock time at the start [s]
-    real(rp) :: cpu_started = 0.0_rp          !! processor time at the start [s]
-    type(time_left_t), private :: left
-    real(rp) :: first_time = 0.0_rp           !! simulated time at the start [s]
+    type(progress_t) :: progress
     real(rp) :: next_row = 0.0_rp, next_frame = 0.0_rp, next_checkpoint = 0.0_rp   !! [s]
     real(rp) :: secured = 0.0_rp              !! wall-clock time of the last checkpoint [s]
-    integer(i8) :: first_step = 0
     integer(i8) :: saved_step = -1            !! step of the last checkpoint
     type(melting_t) :: melting
   contains
-    procedure :: init, write_due, next_event, show_progress_line, write_summary, sync
+    procedure :: init, write_due, next_event, write_summary, sync
     procedure :: close => close_files
   end type heat_writer_t
 
@@ -58,12 +52,8 @@ contains
     type(row_t) :: columns, probes
     integer(i8) :: rows
 
-    self%started = wall_time()
-    self%cpu_started = cpu_seconds()
-    call self%left%init(scene%output%progress_interval, scene%output%progress_is_asked)
-    self%secured = self%started
-    self%first_time = run%time
-    self%first_step = run%integrator%steps
+    call self%progress%init(scene%output, run%time, run%integrator%steps)
+    self%secured = self%progress%started
     rows = merge(run%rows, -1_i8, is_resumed)
     stem = scene%output%directory//'/'//scene%output%name
     allocate (self%probe, source=names)
@@ -221,22 +211,6 @@ contains
     end associate
   end subroutine add_frame
 
-  !> Show a progress line with percent, remaining time and simulated time, if it is due.
-  subroutine show_progress_line(self, scene, run)
-    class(heat_writer_t), intent(inout) :: self
-    type(scene_t), intent(in) :: scene
-    type(heat_run_t), intent(in) :: run
-    real(rp) :: at, share
-    integer :: width
-
-    if (.not. run%heat%world%is_root() .or. scene%output%is_quiet) return
-    share = (run%time - self%first_time)/max(scene%end_time - self%first_time, tiny(1.0_rp))
-    if (.not. self%left%is_due(share, at, width)) return
-    call self%left%show(percent(run%time/scene%end_time)//' %  left '// &
-                        span(self%left%seconds(at, share))//'  t = '//str(run%time)//' s  step '// &
-                        str(run%integrator%steps)//'  dt = '//str(run%integrator%last)//' s', width)
-  end subroutine show_progress_line
-
   !> Collective. Log the cost of the run and write NAME_summary.json.
   subroutine write_summary(self, scene, run, error)
     class(heat_writer_t), intent(in) :: self
@@ -246,8 +220,8 @@ contains
     real(rp) :: cost(2), wall
     character(:), allocatable :: solver
 
-    wall = max(wall_time() - self%started, 1.0e-9_rp)
-    cost = [cpu_seconds() - self%cpu_started, peak_memory()]
+    wall = max(wall_time() - self%progress%started, 1.0e-9_rp)
+    cost = [cpu_seconds() - self%progress%cpu_started, peak_memory()]
     call run%heat%world%sum(cost)
     if (.not. run%heat%world%is_root()) return
     solver = 'none'
@@ -256,8 +230,8 @@ contains
     end if
     call write_whole(scene%output%directory//'/'//scene%output%name//'_summary.json', '{'//nl// &
                      '  "cells": '//str(run%cells)//','//nl//'  "steps": '// &
-                     str(run%integrator%steps - self%first_step)//','//nl//self%melting%json()// &
-                     nl//'  "refused_steps": '//str(run%integrator%rejected)//','//nl// &
+                     str(run%integrator%steps - self%progress%first_step)//','//nl// &
+                     self%melting%json()//nl//'  "refused_steps": '//str(run%integrator%rejected)//','//nl// &
                      '  "evaluations": '//str(run%heat%evaluations)//','//nl// &
                      '  "integrator": "'//trim(method_names(run%integrator%method))//'",'//nl// &
                      '  "solver": "'//solver//'",'//nl//'  "linear_solves": '// &
@@ -267,7 +241,7 @@ contains
                      '  "wall_seconds": '//str(wall)//','//nl//'  "cpu_seconds": '//str(cost(1))// &
                      ','//nl//'  "peak_memory_bytes": '//str(nint(cost(2), i8))//nl//'}'//nl, error)
     if (.not. scene%output%is_quiet) then
-      call say(str(run%integrator%steps - self%first_step)//' steps ('// &
+      call say(str(run%integrator%steps - self%progress%first_step)//' steps ('// &
                trim(method_names(run%integrator%method))//', '//str(run%heat%evaluations)// &
                ' evaluations) of '//str(run%cells)//' cells in '//str(wall)//' s on '// &
                str(run%heat%world%size)//' rank(s)')

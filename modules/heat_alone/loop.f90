@@ -8,10 +8,10 @@ module heat_alone_loop
   use base_system, only: note_step, stop_signal
   use base_text, only: str
   use base_timers, only: wall_time
-  use heat_alone_checkpoint, only: heat_checkpoint_path, resume_heat, save_heat
   use heat_alone_files, only: heat_writer_t
-  use heat_alone_state, only: heat_run_t, place_probes
+  use heat_alone_state, only: heat_run_t, place_probes, resume_heat, save_heat
   use mapping_probes, only: probes_t
+  use output_checkpoint, only: checkpoint_path
   use run_loop, only: ended_broken, ended_by_signal, ended_io, ended_well
   use state_scene, only: scene_t
   implicit none (type, external)
@@ -60,23 +60,27 @@ contains
     is_lost = .false.
     call writer%init(scene, probes%name, run, is_resumed, error)
     if (.not. is_resumed) call writer%write_due(scene, run, .false., .false., error)
-    do while (.not. is_finished(scene, run) .and. .not. error%is_set())
+    do while (.not. scene%is_over(run%time, run%integrator%steps) .and. .not. error%is_set())
       call note_step(run%integrator%steps)
       call run%integrator%advance(run%heat, run%time, &
                                   min(scene%end_time, writer%next_event(), next_switch(run)))
       call check_state(scene, run, writer, is_safety_due, is_lost, status, message)
       if (status == ended_broken .or. is_lost) exit
-      call writer%write_due(scene, run, is_finished(scene, run), is_safety_due, error)
-      call writer%show_progress_line(scene, run)
+      call writer%write_due(scene, run, scene%is_over(run%time, run%integrator%steps), &
+                            is_safety_due, error)
+      call writer%progress%show_line(run%heat%world, scene, run%time, run%integrator%steps, &
+                                     run%integrator%last)
       if (status /= ended_well) exit
     end do
     if (status == ended_well .and. .not. (is_lost .or. error%is_set())) then
       call writer%write_due(scene, run, .true., .false., error)
-      call warn_of_idle_sources(run)
+      if (all(abs(run%integrator%books) <= 0.0_rp) .and. size(run%heat%source) > 0 &
+          .and. run%heat%world%is_root()) call say( &
+        'warning: no &SOURCE has given any heat: do they touch a surface that looks up?')
     else if ((status == ended_by_signal .or. run%integrator%is_stuck) .and. .not. is_lost) then
       call writer%sync()
       call save_heat(scene, run, error)
-      message = message//'; checkpoint '//heat_checkpoint_path(scene%output)
+      message = message//'; checkpoint '//checkpoint_path(scene)
     end if
     call writer%write_summary(scene, run, error)
     call writer%close(error)
@@ -86,15 +90,6 @@ contains
       message = error%message
     end if
   end subroutine run_heat
-
-  !> True at the end time or the last step.
-  pure logical function is_finished(scene, run)
-    type(scene_t), intent(in) :: scene
-    type(heat_run_t), intent(in) :: run
-
-    is_finished = run%time >= scene%end_time*(1.0_rp - 1.0e-12_rp)
-    if (scene%max_steps > 0) is_finished = is_finished .or. run%integrator%steps >= scene%max_steps
-  end function is_finished
 
   !> Next time at which a source begins or ends [s]; huge if none does.
   pure real(rp) function next_switch(run)
@@ -173,15 +168,5 @@ contains
     end do
     text = 'the temperatures are so large that their sum is not finite'
   end function describe_non_finite
-
-  !> Warn of sources that gave no heat during the run, as they were outside the bodies.
-  subroutine warn_of_idle_sources(run)
-    type(heat_run_t), intent(in) :: run
-
-    if (size(run%heat%source) == 0 .or. .not. run%heat%world%is_root()) return
-    if (all(abs(run%integrator%books) <= 0.0_rp)) then
-      call say('warning: no &SOURCE has given any heat: do they touch a surface that looks up?')
-    end if
-  end subroutine warn_of_idle_sources
 
 end module heat_alone_loop

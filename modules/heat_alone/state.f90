@@ -2,19 +2,23 @@
 !> State of a heat-only run, and what is observed of it: temperatures at given positions, by
 !> trilinear interpolation between the eight surrounding cell centres if all are in the solid, else
 !> by a least-squares plane through the solid ones of the 27 surrounding cells; cells above the
-!> melting temperature.
+!> melting temperature. Its checkpoints.
 module heat_alone_state
+  use base_errors, only: error_t
   use base_kinds, only: i8, rp
   use comm_world, only: world_t
-  use heat_solvers_integrator, only: integrator_t
+  use heat_solvers_integrator, only: integrator_t, n_kept
   use heat_solvers_mesh, only: heat_mesh_t
   use heat_solvers_rates, only: heat_t, n_books
+  use io_checkpoint, only: notes_t, read_heat_checkpoint, write_heat_checkpoint
+  use io_plausible, only: counts, is_between, least, most, numbers_t
+  use output_checkpoint, only: checkpoint_path, make_notes
   use output_guards, only: melt_sample_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private
 
-  public :: heat_run_t, place_probes, read_probes, sample_cells
+  public :: heat_run_t, place_probes, read_probes, sample_cells, resume_heat, save_heat
 
   type :: heat_run_t
     type(heat_t) :: heat
@@ -195,5 +199,112 @@ contains
       end do
     end associate
   end function sample_cells
+
+  !> Write the state between two steps to the checkpoint of the run.
+  subroutine save_heat(scene, run, error)
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(inout) :: run
+    type(error_t), intent(inout) :: error
+    type(notes_t) :: notes
+    type(numbers_t) :: of_run
+    real(rp), allocatable :: memory(:, :), numbers(:)
+
+    call make_notes(scene%output, run%time, notes)
+    allocate (memory(run%heat%size(), n_kept))
+    call run%integrator%pack_memory(run%heat, memory, numbers)
+    of_run%is_read = .false.
+    allocate (of_run%value(0))
+    call pass_numbers(run, of_run)
+    associate (mesh => run%heat%mesh, theta => run%heat%theta(1:run%heat%size()))
+      ! a column for each plane, with the values of all fields
+      call write_heat_checkpoint(run%heat%world, checkpoint_path(scene), &
+                                 reshape(reshape([theta, memory], [mesh%np, 1 + n_kept, mesh%nx], &
+                                                 order=[1, 3, 2]), &
+                                         [mesh%np*(1 + n_kept), mesh%nx]), &
+                                 [of_run%value, numbers], notes, error)
+    end associate
+  end subroutine save_heat
+
+  !> Read the state of a run, whose scene is set up, from a checkpoint.
+  subroutine resume_heat(path, run, error)
+    character(*), intent(in) :: path
+    type(heat_run_t), intent(inout) :: run
+    type(error_t), intent(inout) :: error
+    real(rp), allocatable :: planes(:, :), fields(:, :)
+    type(numbers_t) :: of_run
+    character(:), allocatable :: message, wrong
+    integer :: n_own
+
+    associate (mesh => run%heat%mesh, n => run%heat%size())
+      allocate (planes(mesh%np*(1 + n_kept), mesh%nx), source=0.0_rp)
+      call read_heat_checkpoint(run%heat%world, path, mesh%lo - 1, planes, of_run%value, error)
+      if (error%is_set()) return
+      of_run%place = path//': /global'
+      call pass_numbers(run, of_run)
+      n_own = of_run%n
+      call check_memory(of_run)
+      if (of_run%error%is_set()) error = of_run%error
+      if (error%is_set()) return
+      fields = reshape(reshape(planes, [mesh%np, mesh%nx, 1 + n_kept], order=[1, 3, 2]), &
+                       [n, 1 + n_kept])
+      run%heat%theta(1:n) = fields(:, 1)
+      wrong = ''
+      if (.not. all(is_between(fields, -most, most))) then
+        wrong = 'a number that is not finite'
+      else if (any(run%heat%property%temperature_at(fields(:, 1)) < least)) then
+        wrong = 'a temperature that is not above 0 K'
+      end if
+      call run%heat%world%share_message(wrong, message)
+      if (message /= '') call error%raise(path//': /heat/state: '//message)
+      if (error%is_set()) return
+    end associate
+    call run%integrator%start(run%heat)
+    call run%integrator%unpack_memory(run%heat, fields(:, 2:), of_run%value(n_own + 1:))
+  end subroutine resume_heat
+
+  !> Write or read the numbers of the run.
+  subroutine pass_numbers(run, numbers)
+    type(heat_run_t), intent(inout) :: run
+    type(numbers_t), intent(inout) :: numbers
+    integer :: frames
+
+    frames = size(run%frame_times)
+    associate (s => numbers, i => run%integrator)
+      call s%pass_one(run%time, 'the time [s]', 0.0_rp)
+      call s%pass_one(i%next, 'the next step [s]', 0.0_rp)
+      call s%pass_one(i%steps, 'the number of steps or refused steps', 0.0_rp, counts)
+      call s%pass_one(i%rejected, 'the number of steps or refused steps', 0.0_rp, counts)
+      call s%pass(n_books, i%books, 'a heat of the balance [J]')
+      call s%pass_one(run%content0, 'the heat at t = 0 [J]')
+      call s%pass_one(run%row_time, 'the time of the last row [s]', 0.0_rp, run%time)
+      call s%pass_one(i%last, 'the last step [s]', 0.0_rp)
+      call s%pass(n_books, run%row_books, 'a heat of the balance at the last row [J]')
+      call s%pass_one(run%rows, 'the number of rows', 0.0_rp, counts)
+      call s%pass_one(frames, 'the number of frames', 0.0_rp, real(size(s%value), rp))
+      if (s%is_read) run%frame_times = spread(0.0_rp, 1, merge(frames, 0, s%has_set()))
+      call s%pass(size(run%frame_times), run%frame_times, 'the time of a frame [s]', 0.0_rp, &
+                  run%time)
+    end associate
+  end subroutine pass_numbers
+
+  !> Check the numbers of `pack_memory` of the integrator, after those of the run.
+  subroutine check_memory(numbers)
+    type(numbers_t), intent(inout) :: numbers
+    integer :: ranks, sources
+
+    if (numbers%error%is_set()) return
+    sources = 0
+    associate (s => numbers)
+      call s%expect(1, 'the flag of a known mean rate', 0.0_rp, 1.0_rp)
+      call s%expect(1, 'the step of the preconditioner [s]', 0.0_rp)
+      call s%expect(1, 'the number of sources', 0.0_rp, real(size(s%value), rp))
+      if (s%error%is_set()) return
+      if (s%has_set()) sources = nint(s%value(s%n))
+      call s%expect(sources + 1, 'the flag of a source or of known rates', 0.0_rp, 1.0_rp)
+      ranks = max(1, (size(s%value) - s%n)/n_books)
+      call s%expect(n_books*ranks, 'the power in or out of a rank [W]')
+      call s%finish()
+    end associate
+  end subroutine check_memory
 
 end module heat_alone_state

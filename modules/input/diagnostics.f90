@@ -70,11 +70,7 @@ contains
       if (.not. new%is_warning) self%n_more = self%n_more + 1
       return
     end if
-    k = size(self%list)
-    do while (k > 0)
-      if (rank_of(self%list(k)) <= rank_of(new)) exit
-      k = k - 1
-    end do
+    k = count(rank_of(self%list) <= rank_of(new))
     allocate (longer(size(self%list) + 1))
     longer(:k) = self%list(:k)
     longer(k + 1) = new
@@ -96,7 +92,7 @@ contains
   end subroutine add_first
 
   !> Sort key of a diagnostic.
-  pure integer function rank_of(diagnostic)
+  elemental integer function rank_of(diagnostic)
     type(diagnostic_t), intent(in) :: diagnostic
 
     rank_of = merge(diagnostic%line, huge(1), diagnostic%line > 0)

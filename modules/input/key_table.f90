@@ -3,6 +3,7 @@
 !> groups refer to one another.
 module input_key_table
   use base_errors, only: fatal
+  use base_text, only: joined
   use input_syntax, only: split_words
   implicit none (type, external)
   private
@@ -172,12 +173,8 @@ contains
   pure function known(names) result(text)
     character(*), intent(in) :: names(:)
     character(:), allocatable :: text
-    integer :: i
 
-    text = 'known:'
-    do i = 1, size(names)
-      text = text//' '//trim(names(i))
-    end do
+    text = trim('known: '//joined(names, ' '))
   end function known
 
 end module input_key_table

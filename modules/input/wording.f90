@@ -2,7 +2,7 @@
 !> Messages on invalid values, keys and groups of an input, and on what is allowed.
 module input_wording
   use base_kinds, only: i8, rp
-  use base_text, only: edit_distance, lower, str
+  use base_text, only: edit_distance, joined, lower, str
   use input_diagnostics, only: has_controls
   use input_key_table, only: key_row_t, key_table_t
   use input_syntax, only: is_within, items_t, letters, split_values, split_words, to_integer, &
@@ -74,16 +74,13 @@ contains
     character(:), allocatable :: r
     character(48), allocatable :: list(:)
     character(:), allocatable :: low, high
-    integer :: comma, k
+    integer :: comma
 
     r = ''
     select case (row%kind)
     case ('choice')
       call split_words(row%allowed, list)
-      do k = 1, size(list)
-        r = r//merge('  ', ', ', k == 1)//trim(list(k))
-      end do
-      r = trim(adjustl(r))
+      r = joined(list, ', ')
     case ('text')
       select case (row%allowed)
       case ('', '&BODY', '&MATERIAL', '&PROBE')   ! NAME of such a group: `about` says so
@@ -270,14 +267,9 @@ contains
   pure function hint(name, known) result(r)
     character(*), intent(in) :: name, known(:)
     character(:), allocatable :: r
-    integer :: k
 
     r = '; '//suggestion(name, known)
-    if (r /= '; ') return
-    r = '; known are'
-    do k = 1, size(known)
-      r = r//' '//trim(known(k))
-    end do
+    if (r == '; ') r = '; known are '//joined(known, ' ')
   end function hint
 
 end module input_wording

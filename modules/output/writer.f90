@@ -6,14 +6,12 @@ module output_writer
   use base_kinds, only: i8, rp, sp
   use base_timers, only: wall_time
   use io_frames, only: frame_name, write_frame, write_series, write_tool_frame
-  use io_histories, only: compact, row_t, table_t
-  use io_lines, only: lines_t
+  use io_histories, only: compact, lines_t, row_t, table_t
   use mapping_probes, only: share_probes
   use output_checkpoint, only: save_checkpoint
   use output_diagnostics, only: is_finite
   use output_error_norms, only: error_headings, error_row, has_fields
-  use output_faces, only: faces_json, log_faces
-  use output_history, only: history_headings, history_row
+  use output_history, only: faces_json, history_headings, history_row, log_faces
   use output_microstructure, only: frame_outputs, pack_outputs
   use output_progress, only: progress_t
   use output_warnings, only: warnings_t
@@ -57,7 +55,9 @@ contains
     type(row_t) :: row
     integer(i8) :: rows
 
-    call self%progress%init(sim)
+    call self%progress%init(sim%scene%output, sim%clock%time, sim%clock%step)
+    self%progress%particles = sim%particles%total()
+    call sim%world%sum(self%progress%particles)
     sim%step%secured = self%progress%started
     rows = merge(sim%history%rows, -1_i8, is_resumed)
     stem = sim%scene%output%directory//'/'//sim%scene%output%name

@@ -93,7 +93,8 @@ contains
       call write_due(sim, writer, is_finished(sim), status, message, error)
       if (status == ended_broken) exit
       call check_state(sim, status, message)
-      call writer%progress%show_line(sim)
+      call writer%progress%show_line(sim%world, sim%scene, sim%clock%time, sim%clock%step, &
+                                     sim%clock%dt)
       call sim%timer%lap(ph_output)
       if (status /= ended_well) exit
     end do
@@ -156,11 +157,7 @@ contains
   pure logical function is_finished(sim)
     type(simulation_t), intent(in) :: sim
 
-    is_finished = sim%clock%time >= sim%scene%end_time*(1.0_rp - 1.0e-12_rp) &
-                  .or. sim%clock%is_stopped
-    if (sim%scene%max_steps > 0) then
-      is_finished = is_finished .or. sim%clock%step >= sim%scene%max_steps
-    end if
+    is_finished = sim%scene%is_over(sim%clock%time, sim%clock%step) .or. sim%clock%is_stopped
   end function is_finished
 
   !> Collective. One pass of the loop: sort if due, take a step, conduct heat if due.

@@ -27,8 +27,7 @@ contains
     integer :: body(2, input%count('CONTACT')), i, j, k
 
     do i = 1, input%count('CONTACT')
-      body(1, i) = find(scene%body%name, input%text('CONTACT', i, 'BODY'))
-      body(2, i) = find(scene%body%name, input%text('CONTACT', i, 'OTHER'))
+      body(:, i) = bodies_of(input, i, scene)
       if (any(body(:, i) == 0)) cycle
       if (body(1, i) == body(2, i)) then
         call input%report('CONTACT', i, 'OTHER', 'must be another body than BODY')
@@ -105,14 +104,15 @@ contains
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
     logical :: has_gap(size(scene%body), size(scene%body))
+    logical :: is_given(input%count('CONTACT'))
+    type(film_t) :: film
     integer :: body(2), c, i
 
     has_gap = .false.
     do i = 1, input%count('CONTACT')
-      if (.not. has_conductance(input, i)) cycle
-      call check_gap(input, i, scene)
-      body = [find(scene%body%name, input%text('CONTACT', i, 'BODY')), &
-              find(scene%body%name, input%text('CONTACT', i, 'OTHER'))]
+      call read_gap(input, i, scene, film, is_given(i))
+      if (.not. is_given(i)) cycle
+      body = bodies_of(input, i, scene)
       if (any(body == 0) .or. input%diagnostics%count() > 0) cycle
       if (.not. allocated(scene%gap)) allocate (scene%gap(size(scene%contact)))
       has_gap(body(1), body(2)) = .true.
@@ -120,16 +120,14 @@ contains
       do c = 1, size(scene%contact)
         if (minval(scene%contact(c)%group) /= minval(scene%body(body)%group)) cycle
         if (maxval(scene%contact(c)%group) /= maxval(scene%body(body)%group)) cycle
-        scene%gap(c) = film_of(input, i)
+        scene%gap(c) = film
       end do
     end do
     if (.not. any(has_gap)) return
     call assign_heat_groups(scene, has_gap)
     do i = 1, input%count('CONTACT')
-      if (.not. has_conductance(input, i)) cycle
-      body = [find(scene%body%name, input%text('CONTACT', i, 'BODY')), &
-              find(scene%body%name, input%text('CONTACT', i, 'OTHER'))]
-      if (any(body == 0)) cycle
+      body = bodies_of(input, i, scene)
+      if (any(body == 0) .or. .not. is_given(i)) cycle
       if (scene%body(body(1))%heat_group == scene%body(body(2))%heat_group) then
         call input%report('CONTACT', i, '', 'both bodies conduct perfectly to a third, and so '// &
                           'to each other: give a &CONTACT with CONDUCTANCE for one of these pairs')
@@ -137,33 +135,41 @@ contains
     end do
   end subroutine read_gaps
 
-  !> True if the `i`-th &CONTACT has a contact conductance.
-  logical function has_conductance(input, i)
-    type(input_t), intent(in) :: input
-    integer, intent(in) :: i
-
-    has_conductance = input%given('CONTACT', i, 'CONDUCTANCE') &
-                      .or. input%given('CONTACT', i, 'CONDUCTANCE_TABLE')
-  end function has_conductance
-
-  !> Check the conductance of the `i`-th &CONTACT.
-  subroutine check_gap(input, i, scene)
+  !> Indices of the two bodies of the `i`-th &CONTACT; 0 for an unknown name.
+  function bodies_of(input, i, scene) result(body)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(scene_t), intent(in) :: scene
+    integer :: body(2)
+
+    body = [find(scene%body%name, input%text('CONTACT', i, 'BODY')), &
+            find(scene%body%name, input%text('CONTACT', i, 'OTHER'))]
+  end function bodies_of
+
+  !> Read and check the conductance of the `i`-th &CONTACT, as a film, if it is given.
+  subroutine read_gap(input, i, scene, film, is_given)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(scene_t), intent(in) :: scene
+    type(film_t), intent(out) :: film
+    logical, intent(out) :: is_given
+    real(rp), allocatable :: values(:)
     integer :: b, n
 
+    allocate (values, source=input%list('CONTACT', i, 'CONDUCTANCE_TABLE'))
+    n = size(values)
+    film%coefficient = input%real('CONTACT', i, 'CONDUCTANCE')
+    is_given = input%given('CONTACT', i, 'CONDUCTANCE') &
+               .or. input%given('CONTACT', i, 'CONDUCTANCE_TABLE')
+    if (.not. is_given) return
     if (.not. scene%method%conducts) call input%report('CONTACT', i, 'CONDUCTANCE', &
       'has no effect without a &HEAT group')
     do b = 1, size(scene%body)
-      if (scene%body(b)%name /= input%text('CONTACT', i, 'BODY') .and. &
-          scene%body(b)%name /= input%text('CONTACT', i, 'OTHER')) cycle
-      if (scene%body(b)%material == 0) cycle
+      if (all(bodies_of(input, i, scene) /= b) .or. scene%body(b)%material == 0) cycle
       if (scene%material(scene%body(b)%material)%conducts()) cycle
       call input%report('CONTACT', i, 'CONDUCTANCE', "needs bodies that conduct: '"// &
                         trim(scene%body(b)%name)//"' has a CONDUCTIVITY of 0")
     end do
-    n = size(input%list('CONTACT', i, 'CONDUCTANCE_TABLE'))
     if (n == 0) return
     if (input%given('CONTACT', i, 'CONDUCTANCE')) call input%report('CONTACT', i, &
       'CONDUCTANCE_TABLE', 'takes the place of CONDUCTANCE: give one of them')
@@ -172,28 +178,11 @@ contains
                         'conductance')
       return
     end if
-    associate (table => reshape(input%list('CONTACT', i, 'CONDUCTANCE_TABLE'), [2, n/2]))
-      call check_rising(input, 'CONTACT', i, 'CONDUCTANCE_TABLE', table(1, :), 'pressures')
-    end associate
-  end subroutine check_gap
-
-  !> Conductance of the `i`-th &CONTACT as a film.
-  type(film_t) function film_of(input, i) result(film)
-    type(input_t), intent(in) :: input
-    integer, intent(in) :: i
-    integer :: n
-
-    n = size(input%list('CONTACT', i, 'CONDUCTANCE_TABLE'))
-    if (n == 0) then
-      film%coefficient = input%real('CONTACT', i, 'CONDUCTANCE')
-      return
-    end if
     film%of = of_pressure
-    associate (table => reshape(input%list('CONTACT', i, 'CONDUCTANCE_TABLE'), [2, n/2]))
-      film%at = table(1, :)
-      film%there = table(2, :)
-    end associate
-  end function film_of
+    film%at = values(1::2)
+    film%there = values(2::2)
+    call check_rising(input, 'CONTACT', i, 'CONDUCTANCE_TABLE', film%at, 'pressures')
+  end subroutine read_gap
 
   !> Assign groups with a common nodal temperature: bodies without a gap between them, directly or
   !> through other bodies, belong to one group.

@@ -10,9 +10,10 @@ module setup_heat_scene
   use heat_solvers_cut_mesh, only: cut_cells_t, cut_mesh
   use heat_solvers_fft, only: has_fft
   use heat_solvers_integrator, only: integrator_t
-  use heat_solvers_linear, only: by_cg, by_fft, by_petsc, method_names, rkl2
+  use heat_solvers_linear, only: by_cg, by_fft, method_names, rkl2, solver_names
   use heat_solvers_petsc, only: petsc_trouble
   use heat_solvers_rates, only: heat_t
+  use input_key_table, only: find
   use input_values, only: input_t
   use setup_cut_cells, only: cut_cells, mesh_of
   use setup_heat_sources, only: check_tables, n_values, read_heat_sources
@@ -202,24 +203,13 @@ contains
     type(input_t), intent(in) :: input
     type(heat_t), intent(in) :: heat
     type(integrator_t), intent(inout) :: integrator
-    integer :: i
 
-    integrator%method = rkl2
-    do i = 1, size(method_names)
-      if (method_names(i) == input%text('HEAT', 1, 'INTEGRATOR')) integrator%method = i
-    end do
+    integrator%method = find(method_names, input%text('HEAT', 1, 'INTEGRATOR'))
+    if (integrator%method == 0) integrator%method = rkl2
     integrator%tolerance = input%real('HEAT', 1, 'TOLERANCE')
     integrator%fixed = input%real('HEAT', 1, 'STEP')
-    select case (input%text('HEAT', 1, 'SOLVER'))
-    case ('cg')
-      integrator%implicit%solver = by_cg
-    case ('fftw')
-      integrator%implicit%solver = by_fft
-    case ('petsc')
-      integrator%implicit%solver = by_petsc
-    case default
-      integrator%implicit%solver = fastest_solver(world, heat)
-    end select
+    integrator%implicit%solver = find(solver_names, input%text('HEAT', 1, 'SOLVER'))
+    if (integrator%implicit%solver == 0) integrator%implicit%solver = fastest_solver(world, heat)
     integrator%implicit%tolerance = 0.1_rp*integrator%tolerance
   end subroutine choose_method
 

@@ -147,7 +147,7 @@ module state_scene
     real(rp) :: end_time = 0.0_rp
     integer(i8) :: max_steps = 0
   contains
-    procedure :: domain, has_tractions, spacing_of, can_flow, is_rigid_group
+    procedure :: domain, has_tractions, spacing_of, can_flow, is_over, is_rigid_group
   end type scene_t
 
 contains
@@ -238,6 +238,16 @@ contains
       can_flow = can_flow .or. allocated(self%material(self%body(b)%material)%flow)
     end do
   end function can_flow
+
+  !> True at the end time or the last step of a run.
+  pure logical function is_over(self, time, step)
+    class(scene_t), intent(in) :: self
+    real(rp), intent(in) :: time               !! [s]
+    integer(i8), intent(in) :: step
+
+    is_over = time >= self%end_time*(1.0_rp - 1.0e-12_rp) &
+              .or. (self%max_steps > 0 .and. step >= self%max_steps)
+  end function is_over
 
   !> Half lengths of the domains of a body's particles [cells].
   pure function domain(self, body)

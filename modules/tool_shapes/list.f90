@@ -2,6 +2,7 @@
 !> List of the tool shapes, by KIND of a &TOOL.
 module tool_shapes_list
   use base_kinds, only: rp
+  use base_text, only: joined
   use input_key_table, only: key_table_t
   use input_values, only: input_t
   use tool_shapes_box, only: box_shape_t
@@ -43,14 +44,9 @@ contains
   subroutine add_shape_keys(t)
     type(key_table_t), intent(inout) :: t
     class(shape_t), allocatable :: shape
-    character(:), allocatable :: names
     integer :: k
 
-    names = trim(shape_names(1))
-    do k = 2, size(shape_names)
-      names = names//' '//trim(shape_names(k))
-    end do
-    call t%key('KIND', 'choice', 1, '', trim(shape_names(1)), names, 'geometry')
+    call t%key('KIND', 'choice', 1, '', trim(shape_names(1)), joined(shape_names, ' '), 'geometry')
     do k = 1, size(shape_names)
       call make_shape(trim(shape_names(k)), shape)
       call shape%add_keys(t)

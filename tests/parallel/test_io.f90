@@ -12,8 +12,7 @@ program test_io
   use io_h5_attributes, only: has_attribute, read_attribute, write_attribute
   use io_h5_data, only: extent, read_array, read_text, write_array, write_text
   use io_h5_file, only: h5file_t
-  use io_histories, only: compact, table_t
-  use io_lines, only: lines_t
+  use io_histories, only: compact, lines_t, table_t
   use io_samples, only: contents, discard, expect_error, expect_no_error, make_particles, put, &
                         sample_input
   use particles_store, only: f_jac, f_pos, f_tau, particles_t, tag_id

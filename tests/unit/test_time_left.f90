@@ -5,7 +5,7 @@ program test_time_left
   use base_kinds, only: rp
   use base_text, only: str
   use check, only: begin_tests, end_tests, expect, expect_close
-  use output_time_left, only: time_left_t
+  use output_progress, only: time_left_t
   implicit none (type, external)
 
   real(rp), parameter :: wall = 3000.0_rp       !! of a run [s]
