@@ -17,7 +17,7 @@ module contact_body_kept
 
   real(rp), parameter :: longest_way = 0.01_rp    !! path of a body with one normal [shortest cell
                                                   !! edges]
-  real(rp), parameter :: least_mass = 0.1_rp      !! least mass of a node that moves a surface, over
+  real(rp), parameter :: least_mass = 1.0e-9_rp      !! least mass of a node that moves a surface, over
                                                   !! that of the lightest particle
   real(rp), parameter :: elsewhere = -1.0e9_rp    !! surface at a node of another rank [m]
 
@@ -71,9 +71,11 @@ contains
     real(rp), intent(in) :: dt               !! [s]
     real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
     type(node_pairs_t), intent(inout) :: pairs
-    real(rp) :: kept(n_kept, pairs%n), at(3), least, out(3), speed(2), v(3)
+    real(rp), allocatable :: kept(:, :)
+    real(rp) :: at(3), least, out(3), speed(2), v(3)
     integer :: e, k, n
 
+    allocate (kept(n_kept, pairs%n))
     n = 0
     do e = 1, pairs%n
       if (pairs%gap(e) >= far_distance) cycle
