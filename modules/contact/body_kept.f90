@@ -5,7 +5,7 @@ module contact_body_kept
   use base_kinds, only: rp
   use contact_body_near, only: far_distance
   use grid_geometry, only: patch_t
-  use mapping_nodes, only: nodes_t
+  use mapping_nodes, only: min_node_mass, nodes_t
   use simulation_node_pairs, only: n_kept, node_pairs_t
   use state_run, only: clock_t
   use state_scene, only: scene_t
@@ -17,8 +17,6 @@ module contact_body_kept
 
   real(rp), parameter :: longest_way = 0.01_rp    !! path of a body with one normal [shortest cell
                                                   !! edges]
-  real(rp), parameter :: least_mass = 1.0e-9_rp      !! least mass of a node that moves a surface, over
-                                                  !! that of the lightest particle
   real(rp), parameter :: elsewhere = -1.0e9_rp    !! surface at a node of another rank [m]
 
 contains
@@ -64,15 +62,14 @@ contains
 
   !> Keep the entries with a gap for the next step, after a step of length `dt` in which particles
   !> move with the velocities `g`. The rank that owns a node moves its surfaces.
-  subroutine keep_entries(scene, clock, nodes, dt, g, pairs)
+  subroutine keep_entries(scene, nodes, dt, g, pairs)
     type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
     type(nodes_t), intent(in) :: nodes
     real(rp), intent(in) :: dt               !! [s]
     real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
     type(node_pairs_t), intent(inout) :: pairs
     real(rp), allocatable :: kept(:, :)
-    real(rp) :: at(3), least, out(3), speed(2), v(3)
+    real(rp) :: at(3), out(3), speed(2), v(3)
     integer :: e, k, n
 
     allocate (kept(n_kept, pairs%n))
@@ -87,8 +84,7 @@ contains
         associate (group => scene%contact(pairs%pair(e))%group(k))
           speed(k) = norm2(g(:3, pairs%node(e), group))
           if (.not. pairs%is_owned(e)) cycle
-          least = least_mass*clock%mass_scaling*pairs%lightest(group)
-          v = velocity_near(nodes, at, pairs%x(:, e) + pairs%ends(k, e)*out, least, g(:, :, group))
+          v = velocity_near(nodes, at, pairs%x(:, e) + pairs%ends(k, e)*out, g(:, :, group))
           kept(4 + k, n) = pairs%ends(k, e) + dt*dot_product(out, v)
         end associate
       end do
@@ -98,17 +94,16 @@ contains
     pairs%kept = kept(:, :n)
   end subroutine keep_entries
 
-  !> Velocity of a body at `x`, at most two cells from the node at `place`, between its nodes that
-  !> are heavier than `least` [m/s].
-  pure function velocity_near(nodes, place, x, least, g) result(v)
+  !> Velocity of a body at `x`, at most two cells from the node at `place`, between its nodes [m/s].
+  pure function velocity_near(nodes, place, x, g) result(v)
     type(nodes_t), intent(in) :: nodes
-    real(rp), intent(in) :: place(3), x(3), least, g(8, nodes%patch%nn)
+    real(rp), intent(in) :: place(3), x(3), g(8, nodes%patch%nn)
     real(rp), parameter :: reach = 2.0_rp - 1.0e-6_rp
     real(rp) :: v(3), weight(8)
     integer :: k, q(8)
 
     call point_nodes(max(place - reach, min(place + reach, nodes%patch%linear_place(x))), &
-                     nodes%patch%stride, 8, least, nodes%patch%nn, g, q, weight)
+                     nodes%patch%stride, 8, min_node_mass, nodes%patch%nn, g, q, weight)
     do k = 1, 3
       v(k) = sum(weight*g(k, q))
     end do

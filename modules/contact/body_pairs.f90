@@ -220,7 +220,7 @@ contains
         law = contact%law
         if (law%kind == law_coulomb .and. any(g(4, :) >= contact%melts_at)) law%friction = 0.0_rp
         call pair_impulse(law, dt, gap, slack*h, &
-                          merge(surplus, 0.0_rp, all(inverse > 0.0_rp) .and. pairs%is_due(e)), &
+                          merge(0.0_rp, surplus, any(inverse <= 0.0_rp)), &
                           pairs%normal(:, e), inverse, v, impulse, pairs%state(e))
       end if
     end associate

@@ -231,7 +231,8 @@ contains
     call write_whole(scene%output%directory//'/'//scene%output%name//'_summary.json', '{'//nl// &
                      '  "cells": '//str(run%cells)//','//nl//'  "steps": '// &
                      str(run%integrator%steps - self%progress%first_step)//','//nl// &
-                     self%melting%json()//nl//'  "refused_steps": '//str(run%integrator%rejected)//','//nl// &
+                     self%melting%json()//nl//'  "refused_steps": '// &
+                     str(run%integrator%rejected)//','//nl// &
                      '  "evaluations": '//str(run%heat%evaluations)//','//nl// &
                      '  "integrator": "'//trim(method_names(run%integrator%method))//'",'//nl// &
                      '  "solver": "'//solver//'",'//nl//'  "linear_solves": '// &

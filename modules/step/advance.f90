@@ -76,8 +76,7 @@ contains
     else if (sim%scene%method%filters_in(sim%clock%step)) then
       call filter_velocity(sim, g_motion, sim%nodes%g2, sim%nodes%increment)
     end if
-    if (sim%nodes%n_groups > 1) call keep_entries(sim%scene, sim%clock, sim%nodes, dt, g_motion, &
-                                                  sim%pairs)
+    if (sim%nodes%n_groups > 1) call keep_entries(sim%scene, sim%nodes, dt, g_motion, sim%pairs)
     call sim%timer%lap(ph_nodes)
     call grid_to_particles(sim, dt, g_motion, g_strain, (1.0_rp - stress_fraction_before)*dt, &
                            outcome)
