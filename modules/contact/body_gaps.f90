@@ -41,7 +41,7 @@ contains
     end if
     call list_nodes(scene, clock, nodes, pairs, g)
     call mark_walls(scene, boundary, pairs)
-    call recall(clock, nodes%patch, pairs)
+    call recall(scene%grid, clock, nodes%patch, pairs)
     call sum_entries(world, nodes, pairs, .true., 2, pairs%ends)
     do e = 1, pairs%n
       if (pairs%is_due(e) .or. .not. pairs%may_touch(e)) cycle

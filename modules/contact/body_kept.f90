@@ -4,7 +4,7 @@
 module contact_body_kept
   use base_kinds, only: rp
   use contact_body_near, only: far_distance
-  use grid_geometry, only: patch_t
+  use grid_geometry, only: grid_t, patch_t
   use mapping_nodes, only: min_node_mass, nodes_t
   use simulation_node_pairs, only: n_kept, node_pairs_t
   use state_run, only: clock_t
@@ -22,7 +22,8 @@ module contact_body_kept
 contains
 
   !> Take normals and surfaces over from the last step; entries without them are due.
-  subroutine recall(clock, patch, pairs)
+  subroutine recall(grid, clock, patch, pairs)
+    type(grid_t), intent(in) :: grid
     type(clock_t), intent(in) :: clock
     type(patch_t), intent(in) :: patch
     type(node_pairs_t), intent(inout) :: pairs
@@ -37,12 +38,12 @@ contains
     o = 1
     do e = 1, pairs%n
       do while (o <= size(pairs%kept, 2))
-        if (pairs%kept(1, o) >= key(pairs, e)) exit
+        if (pairs%kept(1, o) >= key(grid, patch, pairs, e)) exit
         o = o + 1
       end do
       if (o > size(pairs%kept, 2)) exit
       associate (kept => pairs%kept(:, o))
-        if (kept(1) > key(pairs, e) .or. .not. pairs%may_touch(e)) cycle
+        if (kept(1) > key(grid, patch, pairs, e) .or. .not. pairs%may_touch(e)) cycle
         if (kept(7) > longest_way*minval(patch%edges_at(pairs%x(:, e)))) cycle
         pairs%is_due(e) = .false.
         pairs%normal(:, e) = kept(2:4)
@@ -52,12 +53,18 @@ contains
     end do
   end subroutine recall
 
-  !> Number of an entry; it increases from entry to entry.
-  pure real(rp) function key(pairs, e)
+  !> Number of an entry, the same for every patch of nodes; it increases from entry to entry.
+  pure real(rp) function key(grid, patch, pairs, e)
+    type(grid_t), intent(in) :: grid
+    type(patch_t), intent(in) :: patch
     type(node_pairs_t), intent(in) :: pairs
     integer, intent(in) :: e
+    integer, parameter :: beyond = 8       ! nodes beyond either side of the grid, at most
+    real(rp) :: row(3)
 
-    key = real(pairs%node(e), rp) + scale(real(pairs%pair(e), rp), -20)
+    row = real(patch%indices(pairs%node(e)) + beyond, rp)
+    key = (row(1)*(grid%n(2) + 2*beyond) + row(2))*(grid%n(3) + 2*beyond) + row(3) &
+      + scale(real(pairs%pair(e), rp), -20)
   end function key
 
   !> Keep the entries with a gap for the next step, after a step of length `dt` in which particles
@@ -88,7 +95,7 @@ contains
           kept(4 + k, n) = pairs%ends(k, e) + dt*dot_product(out, v)
         end associate
       end do
-      kept(:4, n) = [key(pairs, e), pairs%normal(:, e)]
+      kept(:4, n) = [key(scene%grid, nodes%patch, pairs, e), pairs%normal(:, e)]
       kept(7, n) = pairs%way(e) + dt*maxval(speed)
     end do
     pairs%kept = kept(:, :n)
