@@ -53,6 +53,7 @@ WELDS = {
     "aa2024": weld("AA2024-T3-weld", 3.0, 18.0, 6.0, 2.4, 400, 2.0, SCHMIDT, tilt=1.0, concavity=10.0),
     "aa2024-pressed": weld("AA2024-T3-weld", 3.0, 18.0, 6.0, 2.4, 400, 2.0, SCHMIDT, tilt=1.0, concavity=10.0, force=SCHMIDT["force"]),
     "304l-300": weld("304L-weld", 3.18, 19.0, 8.0, 2.8, 300, 1.69, dict(torque=48.0, force=31.0, power=1.52, peak=1200.0)),
+    "304l-pressed": weld("304L-weld", 3.18, 19.0, 8.0, 2.8, 300, 1.69, dict(torque=48.0, force=31.0, power=1.52, peak=1200.0), force=31.0),
     "304l-500": weld("304L-weld", 3.18, 19.0, 8.0, 2.8, 500, 1.69, dict(torque=33.0, power=1.73)),
     "aa6061-300": weld(*TANG, 300, 2.0, dict(), probe=(0.5, 5.0)),
     "aa6061-400": weld(*TANG, 400, 2.0, dict(probe=720.0), probe=(0.5, 5.0)),
