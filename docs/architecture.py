@@ -32,7 +32,6 @@ NOT_ENTERED = {
     "update_sweeps.accelerate": "MUSL, USAVG",
     "step_filter": "XPIC, FMPM",
     "contact_body_pairs": "contact of bodies",
-    "contact_body_kept": "contact of bodies",
     "sleep_held_layer": "sleepers",
     "sleep_motion": "sleepers",
     "update_prescribed": "known fields",

@@ -3,12 +3,11 @@
 module contact_body_gaps
   use base_kinds, only: rp
   use comm_world, only: world_t
-  use contact_body_kept, only: recall
   use contact_body_near, only: list_near
   use contact_body_normals, only: average_normals, try_normals
   use contact_body_sums, only: sum_particles
-  use contact_body_surfaces, only: choose_normal, first_stretches, gap_between, &
-                                   measure_mean, measure_shared, choose_mean
+  use contact_body_surfaces, only: choose_normal, first_stretches, measure_mean, &
+                                   measure_shared, choose_mean
   use mapping_nodes, only: append, min_node_mass, nodes_t
   use particles_store, only: f_mass, particles_t
   use simulation_node_pairs, only: min_weight, n_sums_all, n_sums_gradient, n_trials, node_pairs_t
@@ -33,7 +32,6 @@ contains
     type(boundary_t), intent(in) :: boundary
     type(node_pairs_t), intent(inout) :: pairs
     real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
-    integer :: e
 
     if (.not. allocated(pairs%lightest)) then
       call find_lightest(world, scene, particles, nodes%n_groups, pairs%lightest)
@@ -41,12 +39,6 @@ contains
     end if
     call list_nodes(scene, clock, nodes, pairs, g)
     call mark_walls(scene, boundary, pairs)
-    call recall(scene%grid, clock, nodes%patch, pairs)
-    call sum_entries(world, nodes, pairs, .true., 2, pairs%ends)
-    do e = 1, pairs%n
-      if (pairs%is_due(e) .or. .not. pairs%may_touch(e)) cycle
-      pairs%gap(e) = gap_between(pairs%ends(:, e))
-    end do
     call list_near(scene, particles, nodes, pairs)
     call choose_normals(world, scene, nodes, pairs)
     call average_normals(scene, nodes, pairs, g)
@@ -104,7 +96,8 @@ contains
     type(nodes_t), intent(in) :: nodes
     type(node_pairs_t), intent(inout) :: pairs
     real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
-    integer :: c, e, i, k, n, n_bodies, r, width
+    integer :: c, e, i, n, r, width
+    logical :: has_mass(nodes%n_groups)
 
     call pairs%reset(nodes%patch%nn)
     width = n_sums_gradient
@@ -113,14 +106,11 @@ contains
     if (.not. allocated(pairs%found)) allocate (pairs%found(3, 1))
     do r = 1, nodes%n_ranges
       do i = nodes%range(1, r), nodes%range(2, r)
-        n_bodies = 0
-        do k = 1, nodes%n_groups
-          if (g(8, i, k) > min_node_mass) n_bodies = n_bodies + 1
-        end do
-        if (n_bodies < 2) cycle
+        has_mass = g(8, i, :) > min_node_mass
+        if (count(has_mass) < 2) cycle
         do c = 1, size(scene%contact)
-          if (any(g(8, i, scene%contact(c)%group) <= min_node_mass)) cycle
-          call append(pairs%found, n, [i, c, nodes%range(3, r)])
+          if (all(has_mass(scene%contact(c)%group))) call append(pairs%found, n, &
+                                                                 [i, c, nodes%range(3, r)])
         end do
       end do
     end do

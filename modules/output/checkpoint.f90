@@ -6,7 +6,6 @@ module output_checkpoint
   use io_checkpoint, only: notes_t, write_checkpoint
   use io_plausible, only: counts, least, numbers_t, speed_of_light
   use mapping_probes, only: share_probes
-  use simulation_node_pairs, only: n_kept
   use simulation_parts, only: simulation_t
   use sleep_motion, only: edge
   use state_run, only: n_sums
@@ -58,14 +57,11 @@ contains
     type(notes_t) :: notes
     type(numbers_t) :: of_run, of_rank
     character(:), allocatable :: file
-    real(rp) :: last(2), most_kept(1)
+    real(rp) :: last(2)
 
     call share_probes(sim%world, sim%probes)
     last = [sim%step%last%stiffness, sim%step%last%speed2]
     call sim%world%max(last)
-    most_kept = [real(size(sim%pairs%kept, 2), rp)]
-    call sim%world%max(most_kept)
-    sim%pairs%kept = reshape(sim%pairs%kept, [n_kept, nint(most_kept(1))], pad=[0.0_rp])
     of_run%is_read = .false.
     allocate (of_run%value(0))
     of_rank = of_run
@@ -85,10 +81,9 @@ contains
     real(rp), intent(inout) :: last(2)
     type(numbers_t), intent(inout) :: numbers
     real(rp) :: far, n_cubes(3), n_probes, scaling
-    integer :: a, entries, frames, probes
+    integer :: a, frames, probes
 
     probes = sim%probes%n
-    entries = size(sim%pairs%kept, 2)
     n_probes = real(probes, rp)
     frames = 0
     if (allocated(sim%history%frame_times)) frames = size(sim%history%frame_times)
@@ -122,17 +117,11 @@ contains
         call s%pass_one(motion%box%hi(a), 'a bound of the cubes of nodes', -1.0_rp, n_cubes(a))
       end do
       call s%pass_one(motion%time, 'the time since sleep was last decided [s]', 0.0_rp)
-      call s%pass_one(entries, 'the number of nodes with a normal', 0.0_rp, &
-                      product(real(sim%scene%grid%n, rp))*size(sim%scene%body)**2)
       if (s%is_read) then
         associate (range => sim%scene%method%scaling_range)
           if (sim%scene%method%adapts_mass) c%mass_scaling = max(range(1), min(range(2), scaling))
         end associate
-        if (.not. s%has_set()) then
-          frames = 0
-          entries = 0
-        end if
-        sim%pairs%kept = spread(spread(0.0_rp, 1, n_kept), 2, entries)
+        if (.not. s%has_set()) frames = 0
         h%frame_times = spread(0.0_rp, 1, frames)
       end if
       far = maxval(abs(sim%scene%grid%lower)) + 1.0e9_rp*minval(sim%scene%grid%h)
@@ -234,7 +223,6 @@ contains
         call numbers%pass(n_tool_sums, sim%tool(k)%sums, 'a sum of a tool')
       end do
     end associate
-    call numbers%pass(size(sim%pairs%kept), sim%pairs%kept, 'a normal between bodies')
     if (.not. allocated(sim%sleepers%motion%sums)) return
     call numbers%pass(size(sim%sleepers%motion%sums), sim%sleepers%motion%sums, &
                       'the motion of a cube of nodes')

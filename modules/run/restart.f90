@@ -90,7 +90,6 @@ contains
       call store_nodes(sim)
       call relist(sim, .false., .false.)
     else
-      sim%pairs%kept = sim%pairs%kept(:, :0)
       call first_partition(sim)
       call sort_particles(sim, .true.)
     end if
