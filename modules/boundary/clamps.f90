@@ -85,7 +85,7 @@ contains
     integer, intent(in) :: c, on
     real(rp), intent(in) :: limit, least                  !! [N s], smallest nodal inertia [kg]
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
-    real(rp) :: change(3), impulse(3), spans(3), v(3), w(2), work
+    real(rp) :: change(3), impulse(3), inertia(2), spans(3), v(3), w(2), work
     integer :: ijk(3), k, node(2), step
 
     associate (wall => sim%scene%symmetry(c), patch => sim%nodes%patch)
@@ -104,13 +104,14 @@ contains
         end if
       end associate
       where (g(8, node) <= min_node_mass) w = 0.0_rp
+      inertia = max(g(8, node), least, min_node_mass)
       v = w(1)*g(1:3, node(1)) + w(2)*g(1:3, node(2))
       v(wall%axis) = 0.0_rp
-      impulse = -v/sum(w**2/max(g(8, node), least))
+      impulse = -v/sum(w**2/inertia)
       if (norm2(impulse) > limit) impulse = impulse*(limit/norm2(impulse))
       work = 0.0_rp
       do k = 1, 2
-        change = w(k)*impulse/max(g(8, node(k)), least)
+        change = w(k)*impulse/inertia(k)
         work = work + w(k)*dot_product(impulse, g(1:3, node(k)) + 0.5_rp*change)
         g(1:3, node(k)) = g(1:3, node(k)) + change
         g(5:7, node(k)) = g(5:7, node(k)) + change

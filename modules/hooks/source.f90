@@ -149,7 +149,7 @@ contains
   pure logical function covers_none(self, sim, centre, b)
     class(source_t), intent(in) :: self
     type(simulation_t), intent(in) :: sim
-    real(rp), intent(in) :: centre(3)                !! of the source [m]
+    real(rp), intent(in) :: centre(3)                !! centre of the source [m]
     integer, intent(in) :: b
 
     covers_none = norm2(sim%scene%grid%nearest_image(sim%particles%ball(1:3, b) - centre)) &
@@ -160,7 +160,7 @@ contains
   pure real(rp) function covered(self, sim, centre, b, p)
     class(source_t), intent(in) :: self
     type(simulation_t), intent(in) :: sim
-    real(rp), intent(in) :: centre(3)                !! of the source [m]
+    real(rp), intent(in) :: centre(3)                !! centre of the source [m]
     integer, intent(in) :: b, p
     real(rp) :: d(3), longest(3), spacing(3), width
 

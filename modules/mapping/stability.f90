@@ -56,7 +56,7 @@ contains
   !> [cells], at least 1 (docs/method.md, time step).
   pure function domain_factor(h, half) result(factor)
     real(rp), intent(in) :: h(3)          !! edges of a cell [m]
-    real(rp), intent(in) :: half(:, :)    !! of particles, along x, y and z
+    real(rp), intent(in) :: half(:, :)    !! (particles, 3) along x, y and z
     real(rp) :: factor(size(half, 1)), ratio(size(half, 1), 3)
     integer :: a
 

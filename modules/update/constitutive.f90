@@ -83,7 +83,7 @@ contains
     type(outcome_t), intent(inout) :: outcome
     type(stress_sums_t) :: sums
     real(rp) :: temp(nlane)
-    real(rp), allocatable :: factor(:)   !! of cpGIMP alone
+    real(rp), allocatable :: factor(:)   !! on squared wave speeds, with cpGIMP only
 
     temp = ps(:, f_temp)
     associate (half => sim%scene%layout%half)

@@ -326,6 +326,24 @@ def test_turning_tool_over_a_sliding_wall(run, tmp_path):
     assert abs(held["temperature_max[K]"].max() - free["temperature_max[K]"].max()) < 40.0
 
 
+@pytest.mark.parametrize("sets, message", [
+    ({"WALL.POSITION": -0.3e-3}, "&WALL FRICTION = 0.3: needs a wall on a plane of nodes"),
+    ({"WALL.FRICTION": -0.1}, "&WALL FRICTION = -0.1: must be >= 0")])
+def test_friction_that_is_refused(run, sets, message):
+    """Friction needs a wall that is a mirror, and a coefficient that is not negative."""
+    assert message in run("wall_friction", sets=sets, expect=driver.BAD_INPUT).err
+
+
+def test_friction_of_a_fixed_wall(run, tmp_path):
+    """Exact: a wall that --set makes hold everything has no friction, as is said."""
+    text = (driver.INPUTS / "wall_friction.nml").read_text()
+    (tmp_path / "held.nml").write_text(text.replace("FRICTION = 0.3", "KIND = 'fixed'"))
+    held = run("held.nml", "--quiet").results("held").checkpoint()
+    done = run("wall_friction", "--quiet", sets={"WALL.KIND": "fixed"})
+    assert "&WALL FRICTION = 0.3: has no effect with KIND = fixed" in done.out
+    assert np.array_equal(done.results("wall_friction").checkpoint().v, held.v) and np.abs(held.v).max() > 0.1
+
+
 GRADED = {"GRID.GRADED": "xz", "GRID.FINE": "0,12e-3,-3e-3,2e-3", "GRID.UPPER": "31e-3,16e-3,6e-3",
           "GRID.LARGEST_CELL": 2e-3}
 
