@@ -8,7 +8,7 @@ program kernels
   use base_system, only: allocate_aligned
   use base_text, only: str
   use base_timers, only: cpu_seconds
-  use flow_laws_johnson_cook, only: johnson_cook_t
+  use physics_law_johnson_cook, only: johnson_cook_t
   use physics_material, only: material_t
   use physics_stress, only: stress_block, stress_sums_t
   use transfer_gather, only: gather_block, lanes_t

@@ -7,7 +7,7 @@ program network
   use base_kinds, only: rp
   use base_text, only: str
   use base_timers, only: wall_time
-  use comm_world, only: end_world, start_world, world_t
+  use base_world, only: end_world, start_world, world_t
   use grid_geometry, only: box_t, grid_t, make_grid, make_patch, patch_t
   use grid_halo, only: halo_t
   use mpi_f08, only: mpi_double_precision, mpi_recv, mpi_send, mpi_status_ignore

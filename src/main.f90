@@ -9,8 +9,7 @@ program stirpoint
   use base_system, only: leave_signals, stop_signal, watch_signals
   use base_text, only: str
   use base_version, only: version_text
-  use checks_volumes, only: volumes_t
-  use comm_world, only: agree, end_world, mpi_text, start_world, world_t
+  use base_world, only: agree, end_world, mpi_text, start_world, world_t
   use front_command_line, only: command_t, read_command
   use front_help, only: print_help, print_keys_of, print_materials, print_new
   use front_material_driver, only: drive_material
@@ -18,15 +17,16 @@ program stirpoint
   use front_report, only: report_heat_scene, report_scene, warn_of_overlap
   use heat_alone_loop, only: begin_heat, run_heat
   use heat_alone_state, only: heat_run_t
-  use heat_solvers_petsc, only: end_petsc
+  use heat_petsc, only: end_petsc
   use input_resolved, only: resolved_text
   use input_values, only: input_t
   use io_folder, only: clear_folder, take_folder
   use run_loop, only: ended_by_signal, ended_io, ended_well, run
   use setup_heat_scene, only: build_heat_scene
   use setup_sinks, only: log_heat_shares
+  use setup_volumes, only: volumes_t
   use simulation_parts, only: free_simulation, simulation_t
-  use state_scene, only: output_t
+  use simulation_scene, only: output_t
   implicit none (type, external)
 
   integer, parameter :: bad_input = 2

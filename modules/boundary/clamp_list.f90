@@ -3,11 +3,11 @@
 !> faces that lie between nodes (boundary_clamps).
 module boundary_clamp_list
   use base_kinds, only: rp
-  use conditions_clamp, only: clamp_t
   use grid_geometry, only: wrap
-  use mapping_nodes, only: append, nodes_t
+  use simulation_clamp, only: clamp_t
+  use simulation_nodes, only: append, nodes_t
   use simulation_parts, only: column_t, simulation_t
-  use state_scene, only: scene_t
+  use simulation_scene, only: scene_t
   implicit none (type, external)
   private
 

@@ -13,9 +13,9 @@
 !> of the metal needs no limit of its own: the stress of the particles beside the wall has it.
 module boundary_clamps
   use base_kinds, only: rp
-  use mapping_nodes, only: min_node_inertia, min_node_mass
+  use simulation_nodes, only: min_node_inertia, min_node_mass
   use simulation_parts, only: column_nodes_t, column_t, simulation_t
-  use state_run, only: e_wall
+  use simulation_run, only: e_wall
   implicit none (type, external)
   private
 

@@ -7,10 +7,10 @@
 !> whose mirror they reach.
 module boundary_symmetry
   use base_kinds, only: rp
-  use conditions_list, only: symmetry_t
+  use simulation_conditions, only: symmetry_t
   use simulation_parts, only: mirrors_t, simulation_t
-  use state_run, only: e_wall_heat
-  use state_scene, only: scene_t
+  use simulation_run, only: e_wall_heat
+  use simulation_scene, only: scene_t
   implicit none (type, external)
   private
 

@@ -2,18 +2,18 @@
 !> Node pairs of bodies in contact and their gaps, measured between the particles.
 module contact_body_gaps
   use base_kinds, only: rp
-  use comm_world, only: world_t
+  use base_world, only: world_t
   use contact_body_near, only: list_near
   use contact_body_normals, only: average_normals, try_normals
   use contact_body_sums, only: sum_particles
   use contact_body_surfaces, only: choose_normal, first_stretches, measure_mean, &
                                    measure_shared, choose_mean
-  use mapping_nodes, only: append, min_node_mass, nodes_t
   use particles_store, only: f_mass, particles_t
   use simulation_node_pairs, only: min_weight, n_sums_all, n_sums_gradient, n_trials, node_pairs_t
+  use simulation_nodes, only: append, min_node_mass, nodes_t
   use simulation_parts, only: boundary_t
-  use state_run, only: clock_t
-  use state_scene, only: scene_t
+  use simulation_run, only: clock_t
+  use simulation_scene, only: scene_t
   use tools_pair, only: moves_as_one, normal_regression
   implicit none (type, external)
   private

@@ -2,11 +2,11 @@
 !> Friction heat between bodies.
 module contact_body_heat
   use base_kinds, only: nlane, rp
-  use mapping_nodes, only: nodes_t
   use particles_store, only: f_heat, f_mass, particles_t
   use simulation_node_pairs, only: node_pairs_t
-  use state_run, only: clock_t
-  use state_scene, only: scene_t
+  use simulation_nodes, only: nodes_t
+  use simulation_run, only: clock_t
+  use simulation_scene, only: scene_t
   implicit none (type, external)
   private
 

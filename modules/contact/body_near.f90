@@ -3,13 +3,13 @@
 !> pairs are few, and so are these particles; all others are skipped.
 module contact_body_near
   use base_kinds, only: nlane, rp
-  use mapping_blocks, only: corners_of, weights_of
-  use mapping_nodes, only: nodes_t
+  use mpm_blocks, only: corners_of, weights_of
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, particles_t
   use simulation_node_pairs, only: bundle_lanes, n_bundle, near_t, node_pairs_t, u_place, u_size, &
                                    u_weights
-  use state_run, only: skin
-  use state_scene, only: scene_t
+  use simulation_nodes, only: nodes_t
+  use simulation_run, only: skin
+  use simulation_scene, only: scene_t
   use tools_pair, only: moves_as_one
   use transfer_kernels, only: run_length
   implicit none (type, external)

@@ -2,17 +2,17 @@
 !> Contact between bodies with velocity fields of their own, at the nodes with mass of both.
 module contact_body_pairs
   use base_kinds, only: rp
-  use comm_world, only: world_t
+  use base_world, only: world_t
   use contact_body_gaps, only: find_node_pairs
   use contact_body_heat, only: give_heat, heat_shares
   use grid_geometry, only: length_along
-  use mapping_blocks, only: set_rigid_velocities
-  use mapping_nodes, only: nodes_t
+  use mpm_blocks, only: set_rigid_velocities
   use particles_store, only: particles_t
   use simulation_node_pairs, only: node_pairs_t
+  use simulation_nodes, only: nodes_t
   use simulation_parts, only: boundary_t
-  use state_run, only: budget_t, clock_t, e_contact, e_friction, e_normal_loss
-  use state_scene, only: scene_t, scheme_usavg
+  use simulation_run, only: budget_t, clock_t, e_contact, e_friction, e_normal_loss
+  use simulation_scene, only: scene_t, scheme_usavg
   use tools_pair, only: is_apart, is_stuck, law_coulomb, moves_as_one, pair_impulse, pair_law_t, &
                         pair_loss
   use tools_tool, only: s_metal_slip, s_force, s_friction, s_normal_loss, s_normal_impulse, &

@@ -3,7 +3,7 @@
 !>
 !> Particles in contact (contact_tool_particles) are to lose the closing velocity e along the tool
 !> normal. Velocities are those of the particle surface, and impulses act there, with the weights of
-!> a face (mapping_faces): a uniform pressure and the corresponding stress cancel at every node, and
+!> a face (mpm_faces): a uniform pressure and the corresponding stress cancel at every node, and
 !> sticking material has the tool velocity at the point of contact instead of half a spacing away.
 !>
 !> Impulses are distributed to the nodes by these weights w; s = sum w c_i/m_i, with c_i the mass of
@@ -37,12 +37,12 @@ module contact_tool_impulses
   use contact_tool_particles, only: find_contact_particles, relaxation_time, update_surface_offset
   use contact_tool_walls, only: record_wall_impulse, mark_held, reflect_masses, reflect_values, &
                                 restore_masses, restore_fractions, find_separate_sides
-  use mapping_nodes, only: min_node_inertia, min_node_mass, nodes_t
+  use simulation_nodes, only: min_node_inertia, min_node_mass, nodes_t
   use simulation_parts, only: simulation_t
+  use simulation_scene, only: scheme_usl
   use simulation_tool_lists, only: add_values, m_touching, m_last_impulse, m_pushed, n_both, &
                                    n_masses, n_values, load_return, v_transition, v_coulomb, &
                                    v_stick, v_normal, v_max_friction
-  use state_scene, only: scheme_usl
   use tools_law, only: friction_law_t
   use tools_tool, only: rigid_t, tool_t
   implicit none (type, external)

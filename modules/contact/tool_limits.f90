@@ -19,13 +19,13 @@
 module contact_tool_limits
   use base_kinds, only: nlane, pi, rp
   use grid_geometry, only: length_along
-  use mapping_faces, only: place_on_axis, scale_by_spans
+  use mpm_faces, only: place_on_axis, scale_by_spans
   use particles_store, only: f_heat, f_jac, f_mass, f_plastic, f_pos, f_rate, f_tau, f_temp
   use physics_material, only: material_t
   use physics_stress, only: flow_strength
   use simulation_parts, only: simulation_t
+  use simulation_scene, only: scene_t
   use simulation_tool_lists, only: candidates_t, contact_particle_t
-  use state_scene, only: scene_t
   use tools_law, only: friction_law_t, friction_table_t, law_coulomb, of_nothing
   use tools_tool, only: tool_t
   use transfer_weights, only: domain_weights

@@ -5,13 +5,13 @@
 module contact_tool_loads
   use base_kinds, only: nlane, rp
   use contact_tool_limits, only: no_limit, reduce_layer_rate
-  use mapping_nodes, only: nodes_t
   use particles_store, only: f_heat, f_plastic, f_pos, f_temp, particles_t
   use physics_flow_law, only: n_work
+  use simulation_nodes, only: nodes_t
   use simulation_parts, only: simulation_t
+  use simulation_scene, only: scene_t
   use simulation_tool_lists, only: contact_particle_t, tool_contact_t, v_coulomb, v_stick, &
                                    v_normal, v_max_friction
-  use state_scene, only: scene_t
   use tools_tool, only: rigid_t, s_area, s_excess_speed, s_face_temperature, s_layer_slip, &
                         s_layer_work, s_surface_speed, s_surface_slip, s_layer_strength, &
                         s_layer_thickness, s_to_plate, tool_t

@@ -21,15 +21,15 @@ module contact_tool_particles
   use base_kinds, only: nlane, rp
   use contact_tool_limits, only: cut_at_edges, limit_impulses, covered_fraction_of
   use grid_geometry, only: length_along
-  use mapping_blocks, only: weights_of
-  use mapping_faces, only: surface_weights
-  use mapping_nodes, only: nodes_t
-  use mapping_stability, only: wave_speed
+  use mpm_blocks, only: weights_of
+  use mpm_faces, only: surface_weights
+  use mpm_stability, only: wave_speed
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos
+  use simulation_nodes, only: nodes_t
   use simulation_parts, only: simulation_t
+  use simulation_run, only: clock_t
+  use simulation_scene, only: scheme_usl
   use simulation_tool_lists, only: candidates_t, contact_particle_t
-  use state_run, only: clock_t
-  use state_scene, only: scheme_usl
   use tools_law, only: normal_velocity, of_nothing
   implicit none (type, external)
   private

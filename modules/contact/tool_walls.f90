@@ -12,9 +12,9 @@
 module contact_tool_walls
   use base_kinds, only: rp
   use simulation_parts, only: simulation_t
+  use simulation_run, only: e_wall
+  use simulation_scene, only: scene_t
   use simulation_tool_lists, only: m_last_impulse, n_both, n_masses, n_values, v_normal, v_stick
-  use state_run, only: e_wall
-  use state_scene, only: scene_t
   use tools_tool, only: rigid_t
   implicit none (type, external)
   private

@@ -5,14 +5,14 @@ module front_estimate
   use base_kinds, only: i8, rp
   use base_text, only: str
   use base_timers, only: cpu_seconds
-  use comm_world, only: world_t
+  use base_world, only: world_t
   use heat_alone_loop, only: next_switch
   use heat_alone_state, only: heat_run_t
   use output_writer, only: next_time
   use run_loop, only: advance, ended_well
   use run_regrid, only: regrid
   use simulation_parts, only: simulation_t
-  use state_scene, only: scene_t
+  use simulation_scene, only: scene_t
   implicit none (type, external)
   private
 

@@ -6,7 +6,6 @@ module front_help
   use base_log, only: say
   use base_system, only: data_file
   use base_text, only: joined, upper
-  use groups_table, only: key_table
   use input_diagnostics, only: diagnostics_t
   use input_key_table, only: key_table_t
   use input_keys, only: print_keys, print_keys_markdown
@@ -15,6 +14,7 @@ module front_help
   use input_syntax, only: split_words
   use input_values, only: input_t
   use input_wording, only: unknown_group
+  use setup_keys, only: key_table
   implicit none (type, external)
   private
 

@@ -6,11 +6,10 @@ module front_material_driver
   use base_kinds, only: i8, nlane, rp
   use base_log, only: say
   use base_system, only: make_directory
-  use comm_world, only: world_t
+  use base_world, only: world_t
   use front_command_line, only: command_t
   use front_help, only: log_sources
   use front_point_watch, only: validity_checker_t
-  use groups_table, only: key_table
   use input_key_table, only: find
   use input_reading, only: read_input
   use input_tables, only: read_columns
@@ -19,6 +18,7 @@ module front_material_driver
   use physics_material, only: material_t
   use physics_point, only: point_t
   use physics_stress, only: stress_block, stress_sums_t
+  use setup_keys, only: key_table
   use setup_materials, only: read_materials, require_property
   implicit none (type, external)
   private

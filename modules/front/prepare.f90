@@ -3,30 +3,30 @@
 module front_prepare
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
-  use bodies_fields, only: add_noise
-  use bodies_filling, only: count_particles, fill_bodies, load_bodies, stretch_bodies, &
-                            update_probe_temperatures
-  use checks_process_check, only: check_process
-  use checks_same_scene, only: compare_files, compare_scenes
-  use checks_sense, only: check_necking, check_sense
-  use checks_volumes, only: check_memory, check_volumes, measure_volumes, volumes_t
-  use comm_world, only: world_t
+  use base_world, only: world_t
   use front_command_line, only: command_t
   use front_help, only: log_sources
-  use groups_table, only: key_table
   use input_reading, only: read_input, read_input_text
   use input_resolved, only: folder_of_files, scene_text, sums_of_files
   use input_values, only: input_t
   use io_checkpoint, only: notes_t, read_checkpoint_notes
+  use mpm_prescribed, only: start_fields
   use particles_migrate, only: find_outside
   use run_balance, only: first_partition
   use run_loop, only: begin
   use run_regrid, only: regrid
   use run_restart, only: resume
+  use setup_check_process, only: check_process
+  use setup_check_restart, only: compare_files, compare_scenes
+  use setup_check_sense, only: check_necking, check_sense
+  use setup_fields, only: add_noise
+  use setup_filling, only: count_particles, fill_bodies, load_bodies, stretch_bodies, &
+                           update_probe_temperatures
+  use setup_keys, only: key_table
   use setup_scene, only: build_scene
+  use setup_volumes, only: check_memory, check_volumes, measure_volumes, volumes_t
   use simulation_parts, only: simulation_t
-  use state_scene, only: scene_t
-  use update_prescribed, only: start_fields
+  use simulation_scene, only: scene_t
   implicit none (type, external)
   private
 

@@ -4,22 +4,22 @@ module front_report
   use base_kinds, only: i8, rp
   use base_log, only: say
   use base_text, only: str
-  use checks_process_check, only: report_process
-  use checks_volumes, only: report_volumes, volumes_t
-  use comm_world, only: world_t
+  use base_world, only: world_t
   use front_estimate, only: cost_t, estimate_heat, estimate_run
   use grid_geometry, only: grid_t
   use heat_alone_state, only: heat_run_t
   use heat_conduction, only: conduction_step
-  use heat_solvers_linear, only: euler, method_names, rkl2, solver_names
+  use heat_linear, only: euler, method_names, rkl2, solver_names
   use input_values, only: input_t
-  use mapping_stability, only: stable_step, wave_speed
+  use mpm_stability, only: stable_step, wave_speed
   use particles_store, only: f_pos
   use particles_tracers, only: tracers_t
+  use setup_check_process, only: report_process
   use setup_method, only: elastic_strain, small_strain
   use setup_sinks, only: log_heat_shares
+  use setup_volumes, only: report_volumes, volumes_t
   use simulation_parts, only: simulation_t
-  use state_scene, only: scene_t, scheme_usl
+  use simulation_scene, only: scene_t, scheme_usl
   implicit none (type, external)
   private
 

@@ -3,7 +3,7 @@
 module grid_entries
   use base_kinds, only: rp
   use base_timers, only: wall_time
-  use comm_world, only: world_t
+  use base_world, only: world_t
   use grid_neighbours, only: neighbour_t
   use mpi_f08, only: mpi_double_precision, mpi_irecv, mpi_isend, mpi_request, &
                      mpi_statuses_ignore, mpi_testall, mpi_waitall

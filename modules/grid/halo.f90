@@ -7,7 +7,7 @@
 module grid_halo
   use base_kinds, only: i8, rp
   use base_timers, only: wall_time
-  use comm_world, only: world_t
+  use base_world, only: world_t
   use grid_entries, only: entry_exchange_t
   use grid_geometry, only: box_t, patch_t, halo
   use grid_neighbours, only: common_lines, line_t, list_images, list_nodes, neighbour_t

@@ -3,7 +3,7 @@
 !> (Berger & Bokhari 1987, IEEE Trans. Comput. C-36:570).
 module grid_partition
   use base_kinds, only: rp
-  use comm_world, only: world_t
+  use base_world, only: world_t
   use grid_geometry, only: box_t, grid_t
   implicit none (type, external)
   private

@@ -4,18 +4,18 @@ module heat_conduction
   use base_kinds, only: i8, nlane, rp
   use boundary_symmetry, only: r_warming, record_wall_heat, restore, swap_lists
   use heat_gaps, only: find_gaps, gaps_t
-  use heat_implicit, only: solve_implicit
   use heat_nodes, only: centre_increment, gather_flux, gather_temperature, smoothed_fraction, &
                         stable_conduction
+  use heat_nodes_implicit, only: solve_implicit
   use heat_sinks, only: advance_sinks, films_vary, find_sinks, reset_contact_sums, sinks_t
-  use mapping_blocks, only: weights_of
-  use mapping_nodes, only: clear_nodes
-  use mapping_probes, only: update_probe_temperatures
+  use mpm_blocks, only: weights_of
+  use mpm_constitutive, only: anneal_particles
   use particles_store, only: f_heat, f_mass, f_temp, n_conduction
+  use simulation_nodes, only: clear_nodes
   use simulation_parts, only: simulation_t
-  use state_run, only: e_conduction, e_film, e_tool, e_wall_heat
+  use simulation_probes, only: update_probe_temperatures
+  use simulation_run, only: e_conduction, e_film, e_tool, e_wall_heat
   use transfer_conduction, only: heat_particles, min_capacity, temperature_increment
-  use update_constitutive, only: anneal_particles
   implicit none (type, external)
   private
 

@@ -8,11 +8,11 @@ module heat_gaps
   use boundary_symmetry, only: r_flux, reflect
   use contact_body_pairs, only: slack
   use grid_geometry, only: length_along
-  use mapping_blocks, only: weights_of
-  use mapping_nodes, only: clear_nodes, nodes_t
+  use mpm_blocks, only: weights_of
   use particles_store, only: f_jac, f_mass, f_tau, n_conduction
+  use simulation_nodes, only: clear_nodes, nodes_t
   use simulation_parts, only: simulation_t
-  use state_scene, only: scene_t
+  use simulation_scene, only: scene_t
   use transfer_conduction, only: min_capacity, surface_to_grid
   use transfer_weights, only: point_nodes
   implicit none (type, external)

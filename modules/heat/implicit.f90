@@ -1,220 +1,229 @@
 ! SPDX-License-Identifier: MIT
-!> Backward Euler for conduction between particles and nodes: nodal temperatures at the end of a
-!> step by matrix-free conjugate gradients, built-in or of PETSc.
+!> Implicit steps: backward Euler, and TR-BDF2 as a diagonally implicit Runge-Kutta scheme (Hosea &
+!> Shampine 1996, Appl. Numer. Math. 20, 21), L-stable and of order 2. Stages are solved by Newton's
+!> method; the new state follows from the fluxes at the stages, so that heat is conserved whatever
+!> the tolerances.
 module heat_implicit
   use base_kinds, only: rp
-  use boundary_symmetry, only: r_temperature, r_warming, restore
-  use heat_gaps, only: gaps_t
-  use heat_nodes, only: gather_flux, stable_conduction, sum_all_nodes
-  use heat_sinks, only: sinks_t
-  use heat_solvers_linear, only: by_petsc, max_iterations
-  use heat_solvers_petsc, only: operator_t, solve_by_petsc
-  use simulation_parts, only: simulation_t
-  use state_run, only: e_film
-  use transfer_conduction, only: min_capacity
+  use heat_linear, only: backward_euler, by_petsc, linear_t, tr_bdf2
+  use heat_rates, only: heat_t, n_books
   implicit none (type, external)
   private
 
-  public :: solve_implicit
+  public :: implicit_t, order_of
 
-  !> Linear operator C x - (F(x) - F(0)) on the free nodes, with nodal capacities C and the heat F
-  !> of `gather_flux`.
-  type, extends(operator_t) :: nodal_system_t
-    type(simulation_t), pointer :: sim => null()
-    type(sinks_t), pointer :: sinks => null()
-    type(gaps_t), pointer :: gaps => null()
-    logical :: is_unsolved = .false.
-    real(rp) :: dt = 0.0_rp                     !! conduction step [s]
-    integer :: n = 1                            !! heat groups, each with all nodes
-    real(rp), allocatable :: at_zero(:, :)      !! F(0) [J]
-    logical, allocatable :: is_free(:, :)       !! nodes with an unknown temperature
-    logical, allocatable :: is_own(:, :)        !! free nodes owned by this rank
-    real(rp) :: min_residual = 0.0_rp           !! residual norm (weight 1/C) at rounding level
+  integer, parameter :: max_newton = 12
+  real(rp), parameter :: root2 = sqrt(2.0_rp)
+  real(rp), parameter :: first_end = 2.0_rp - root2      !! gamma: end of the first stage
+  real(rp), parameter :: diagonal = 0.5_rp*first_end     !! d
+  real(rp), parameter :: weight = 0.25_rp*root2          !! w
+  real(rp), parameter :: error_weight(3) = [(4.0_rp*weight - 1.0_rp)/3.0_rp, -1.0_rp/3.0_rp, &
+                                            2.0_rp*diagonal/3.0_rp]
+
+  !> State of the implicit integrator.
+  type :: implicit_t
+    integer :: method = tr_bdf2
+    integer :: solver = 0                         !! by_cg, by_fft, by_petsc
+    real(rp) :: tolerance = 1.0e-3_rp             !! residual of a stage [K]
+    integer :: newtons = 0                        !! Newton steps so far
+    logical :: has_failed = .false.               !! a stage of the last step did not converge
+    type(linear_t) :: linear
+    logical, private :: has_mean = .false.
+    real(rp), allocatable, private, dimension(:) :: m2, f, base, d, scale, y, rhs, x
+    real(rp), allocatable, private :: mean(:)     !! mean rate of the last step [K/s]
   contains
-    procedure :: multiply => multiply_rows
-    procedure, private :: apply
-  end type nodal_system_t
+    procedure :: start, step, save_mean_rate, estimate, pack_memory, unpack_memory
+  end type implicit_t
 
 contains
 
-  !> Collective. Set lane 4 to the temperatures at the end of a backward Euler step, whose
-  !> increments x solve C x - (F(x) - F(0)) = F(T) + pending heat. The nodes then receive the fluxes
-  !> at these temperatures, so that heat is conserved whatever the tolerance. The next step is
-  !> chosen from the error dt^2/2 d2T/dt2, filtered by a second solve, and from the temperature rise
-  !> by pending heat of friction and plastic work, as the flow stress follows only after a
-  !> conduction step. A failed solve sets `step%is_unsolved` on all ranks.
-  subroutine solve_implicit(sim, sinks, gaps, dt)
-    type(simulation_t), intent(inout), target :: sim
-    type(sinks_t), intent(inout), target :: sinks
-    type(gaps_t), intent(in), target :: gaps
-    real(rp), intent(in) :: dt                  !! conduction step [s]
-    real(rp), parameter :: fine = 1.0e-8_rp, rough = 0.1_rp   ! relative residuals of the two solves
-    real(rp), dimension(sim%nodes%patch%nn, sim%scene%n_heat_groups) :: before, b, error, x
-    real(rp) :: film
-    real(rp) :: worst(2)                        ! largest error and temperature rise [K]
-    type(nodal_system_t) :: system
-    integer :: k, n
+  !> Order of a method; backward Euler has 1, all others of which errors are estimated 2.
+  pure real(rp) function order_of(method)
+    integer, intent(in) :: method
 
-    film = sim%budget%sums(e_film)   ! restored below: fluxes here are trial values
-    n = sim%scene%n_heat_groups
-    before = sim%nodes%g(4, :, :n)
-    call gather_flux(sim, sinks, gaps, dt)
-    b = sim%nodes%g2(5, :, :n) + sim%nodes%g(3, :, :n)
-    call init_system(sim, system, sinks, gaps, dt)
-    where (.not. system%is_free) b = 0.0_rp
-    call solve(system, fine, b, x)
-    associate (method => sim%scene%method)
-      if (method%heat_every == 0 .and. method%heat_step <= 0.0_rp) then
-        b = merge(0.5_rp*(sim%nodes%g(1, :, :n)*x - b), 0.0_rp, system%is_free)
-        call solve(system, rough, b, error)
-        worst(1) = maxval(abs(error), mask=system%is_own)
-        worst(2) = maxval(abs(sim%nodes%g(3, :, :n))/max(sim%nodes%g(1, :, :n), min_capacity), &
-                          mask=system%is_own)
-        worst = max(worst, tiny(1.0_rp))
-        call sim%world%max(worst)
-        sim%clock%heat_step = max(stable_conduction(sim%scene), &
-                                  dt &
-                                  *max(0.2_rp, &
-                                       min(1.5_rp, 0.8_rp*sqrt(method%heat_tolerance/worst(1)), &
-                                           method%heat_tolerance/worst(2))))
-      end if
-    end associate
-    sim%nodes%g(4, :, :n) = before + x
-    if (system%is_unsolved) sim%step%is_unsolved = .true.
-    do k = 1, n
-      call restore(sim, r_temperature, sim%nodes%g(:, :, k))
-    end do
-    sim%budget%sums(e_film) = film
-  end subroutine solve_implicit
+    order_of = merge(1.0_rp, 2.0_rp, method == backward_euler)
+  end function order_of
 
-  !> Set up the system of a step. Free nodes are those in use with a capacity, not behind a wall.
-  subroutine init_system(sim, system, sinks, gaps, dt)
-    type(nodal_system_t), intent(out) :: system
-    type(simulation_t), intent(inout), target :: sim
-    type(sinks_t), intent(inout), target :: sinks
-    type(gaps_t), intent(in), target :: gaps
-    real(rp), intent(in) :: dt                  !! [s]
-    real(rp), parameter :: min_change = 1.0e-9_rp     ! rms temperature change at rounding level [K]
-    real(rp) :: all(1)
-    integer :: r
+  !> Allocate the fields and start the linear solver.
+  subroutine start(self, heat, method)
+    class(implicit_t), intent(inout) :: self
+    type(heat_t), intent(inout) :: heat
+    integer, intent(in) :: method
+    integer :: lo, hi, n
 
-    system%sim => sim
-    system%sinks => sinks
-    system%gaps => gaps
-    system%dt = dt
-    system%n = sim%scene%n_heat_groups
-    allocate (system%is_free(sim%nodes%patch%nn, system%n), system%is_own(sim%nodes%patch%nn, &
-      system%n), source=.false.)
-    do r = 1, sim%nodes%n_ranges
-      associate (first => sim%nodes%range(1, r), last => sim%nodes%range(2, r))
-        system%is_free(first:last, :) = sim%nodes%g(1, first:last, :system%n) > min_capacity
-        system%is_own(first:last, :) = sim%nodes%range(3, r) == 1
-      end associate
-    end do
-    system%is_free(sim%boundary%mirrors%pair(1, :sim%boundary%mirrors%n_pairs), :) = .false.
-    system%is_own = system%is_own .and. system%is_free
-    sim%nodes%g(4, :, :system%n) = 0.0_rp
-    call gather_flux(sim, sinks, gaps, dt)
-    system%at_zero = sim%nodes%g2(5, :, :system%n)
-    all = sum(sim%nodes%g(1, :, :system%n), mask=system%is_own)
-    call sim%world%sum(all)
-    system%min_residual = min_change*sqrt(all(1))
-  end subroutine init_system
+    self%method = method
+    lo = lbound(heat%theta, 1)
+    hi = ubound(heat%theta, 1)
+    n = heat%size()
+    allocate (self%m2(lo:hi), self%f(lo:hi), self%base(lo:hi), self%y(lo:hi), source=0.0_rp)
+    allocate (self%d(n), self%scale(n), self%rhs(n), self%x(n), self%mean(n), source=0.0_rp)
+    self%scale = 1.0_rp
+    call self%linear%start(heat, self%solver)
+  end subroutine start
 
-  !> Collective. Solve for x on the free nodes, equal on all ranks that store a node, until the
-  !> residual norm with weight 1/C falls to `relative` times that of b, or to rounding level.
-  subroutine solve(system, relative, b, x)
-    type(nodal_system_t), intent(inout) :: system
-    real(rp), intent(in) :: relative            !! tolerance of the residual
-    real(rp), intent(in) :: b(:, :)             !! right-hand side [J]
-    real(rp), intent(out) :: x(:, :)            !! [K]
-    real(rp), allocatable :: rows(:)
-    integer :: iterations
+  !> One step from state `y0` with rates `m0` and powers `p0` at its start.
+  subroutine step(self, heat, dt, y0, m0, p0, gain)
+    class(implicit_t), intent(inout) :: self
+    type(heat_t), intent(inout) :: heat
+    real(rp), intent(in) :: dt                    !! [s]
+    real(rp), allocatable, intent(in) :: y0(:)    !! [K]
+    real(rp), allocatable, intent(in) :: m0(:)    !! [K/s]
+    real(rp), intent(in) :: p0(n_books)           !! [W]
+    real(rp), intent(out) :: gain(n_books)        !! heat of the step [J]
+    real(rp) :: p(n_books)
+    integer :: n
 
-    if (system%sim%scene%method%heat_solver /= by_petsc) then
-      call conjugate_gradients(system, relative, b, x)
+    n = heat%size()
+    self%has_failed = .false.
+    self%y = y0
+    if (self%method == backward_euler) then
+      self%base = y0
+      if (self%has_mean) self%y(1:n) = y0(1:n) + dt*self%mean
+      call solve_stage(self, heat, dt, 1.0_rp, p)
+      heat%theta = y0 + dt*self%f
+      gain = dt*p
       return
     end if
-    allocate (rows(count(system%is_own)))
-    call solve_by_petsc(system%sim%world, system, pack(system%sim%nodes%g(1, :, :system%n), &
-                                                            system%is_own), &
-                        pack(b, system%is_own), relative, system%min_residual, rows, iterations)
-    call scatter_rows(system, rows, x)
-  end subroutine solve
+    self%base = y0 + diagonal*dt*m0
+    if (self%has_mean) self%y(1:n) = y0(1:n) + first_end*dt*self%mean
+    call solve_stage(self, heat, diagonal*dt, first_end, p)
+    self%m2 = self%f
+    self%base = y0 + weight*dt*(m0 + self%m2)
+    self%y = y0 + (self%y - y0)/first_end
+    gain = weight*dt*(p0 + p)
+    call solve_stage(self, heat, diagonal*dt, 1.0_rp, p)
+    heat%theta = self%base + diagonal*dt*self%f
+    gain = gain + diagonal*dt*p
+  end subroutine step
 
-  !> Conjugate gradients with diagonal preconditioning.
-  subroutine conjugate_gradients(system, relative, b, x)
-    type(nodal_system_t), intent(inout) :: system
-    real(rp), intent(in) :: relative, b(:, :)
-    real(rp), intent(out) :: x(:, :)
-    real(rp), dimension(size(b, 1), size(b, 2)) :: p, q, r
-    real(rp) :: rho(1), first, last, curvature(1)
+  !> Store the mean rate of an accepted step, which predicts the next one.
+  subroutine save_mean_rate(self, heat, dt, y0)
+    class(implicit_t), intent(inout) :: self
+    type(heat_t), intent(in) :: heat
+    real(rp), intent(in) :: dt
+    real(rp), allocatable, intent(in) :: y0(:)
+    integer :: n
+
+    n = heat%size()
+    self%mean = (heat%theta(1:n) - y0(1:n))/dt
+    self%has_mean = .true.
+  end subroutine save_mean_rate
+
+  !> Data for a restart: mean rate of the last step, and the data of the preconditioner.
+  subroutine pack_memory(self, fields, numbers)
+    class(implicit_t), intent(in) :: self
+    real(rp), intent(out) :: fields(:, :), numbers(2)      !! (cells, 2)
+
+    fields = 0.0_rp
+    if (self%has_mean) fields(:, 1) = self%mean
+    numbers(1) = merge(1.0_rp, 0.0_rp, self%has_mean)
+    call self%linear%petsc%pack_memory(fields(:, 2), numbers(2))
+  end subroutine pack_memory
+
+  !> Collective. Restore the data of `pack_memory`.
+  subroutine unpack_memory(self, fields, numbers)
+    class(implicit_t), intent(inout) :: self
+    real(rp), intent(in) :: fields(:, :), numbers(2)
+
+    self%has_mean = numbers(1) > 0.0_rp
+    self%mean = fields(:, 1)
+    if (self%linear%solver == by_petsc) then
+      call self%linear%petsc%unpack_memory(fields(:, 2), numbers(2))
+    end if
+  end subroutine unpack_memory
+
+  !> Collective. Solve the stage y = base + a f(y) at a fraction of the step by an inexact Newton
+  !> method; f and the powers p are those at y.
+  subroutine solve_stage(self, heat, a, step_fraction, p)
+    class(implicit_t), intent(inout) :: self
+    type(heat_t), intent(inout) :: heat
+    real(rp), intent(in) :: a                     !! coefficient of the rate [s]
+    real(rp), intent(in) :: step_fraction
+    real(rp), intent(out) :: p(n_books)
+    real(rp) :: worst(1), before, relative
+    integer :: k, n
+
+    n = heat%size()
+    before = huge(1.0_rp)
+    do k = 1, max_newton
+      call heat%rate(self%y, step_fraction, self%f, p)
+      call residual(n, a, heat%mesh%capacity, self%base(1:n), self%f(1:n), self%y(1:n), self%rhs, &
+                    worst(1))
+      call heat%world%max(worst)
+      if (worst(1) <= self%tolerance) return
+      if (k > 4 .and. worst(1) >= 0.9_rp*before) exit
+      before = worst(1)
+      call linearise(self, heat, step_fraction)
+      relative = max(1.0e-6_rp, min(0.1_rp, 0.3_rp*self%tolerance/worst(1)))
+      call self%linear%solve(heat, a, self%scale, self%d, self%rhs, relative, self%x)
+      self%y(1:n) = self%y(1:n) + self%x/self%scale
+      self%newtons = self%newtons + 1
+    end do
+    self%has_failed = .true.
+  end subroutine solve_stage
+
+  !> Residual base + a f - y in the solid as heat r [J], and its maximum [K].
+  pure subroutine residual(n, a, capacity, base, f, y, r, worst)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: a, capacity(n), base(n), f(n), y(n)
+    real(rp), intent(out) :: r(n), worst
+    real(rp) :: defect
     integer :: i
 
-    x = 0.0_rp
-    p = 0.0_rp
-    r = b
-    first = -1.0_rp
-    last = 1.0_rp
-    do i = 1, max_iterations
-      q = 0.0_rp
-      where (system%is_free) q = r/system%sim%nodes%g(1, :, :system%n)
-      rho = sum(r*q, mask=system%is_own)
-      call system%sim%world%sum(rho)
-      if (first < 0.0_rp) first = rho(1)
-      if (rho(1) <= max(relative**2*first, system%min_residual**2)) return
-      p = q + (rho(1)/last)*p
-      last = rho(1)
-      call system%apply(p, q)
-      curvature = sum(p*q, mask=system%is_own)
-      call system%sim%world%sum(curvature)
-      if (.not. curvature(1) > 0.0_rp) exit
-      x = x + (rho(1)/curvature(1))*p
-      r = r - (rho(1)/curvature(1))*q
+    worst = 0.0_rp
+    !$omp simd reduction(max: worst) private(defect)
+    do i = 1, n
+      defect = merge(base(i) + a*f(i) - y(i), 0.0_rp, capacity(i) > 0.0_rp)
+      worst = max(worst, abs(defect))
+      r(i) = capacity(i)*defect
     end do
-    if (rho(1) > 0.0_rp) system%is_unsolved = .true.   ! non-finite states are diagnosed elsewhere
-  end subroutine conjugate_gradients
+  end subroutine residual
 
-  !> Collective. Product q = A p on all nodes; p must be equal on all ranks that store a node.
-  subroutine apply(self, p, q)
-    class(nodal_system_t), intent(inout) :: self
-    real(rp), intent(in) :: p(:, :)             !! [K]
-    real(rp), intent(out) :: q(:, :)            !! [J]
-    integer :: k
+  !> Linearize: dphi/dtheta of each cell, and the slope of its boundary heat flow by phi.
+  subroutine linearise(self, heat, step_fraction)
+    class(implicit_t), intent(inout) :: self
+    type(heat_t), intent(in) :: heat
+    real(rp), intent(in) :: step_fraction
+    real(rp) :: k, t
+    integer :: c
 
-    associate (g => self%sim%nodes%g, n => self%n)
-      g(4, :, :n) = p
-      do k = 1, n
-        call restore(self%sim, r_warming, g(:, :, k))
-      end do
-      call gather_flux(self%sim, self%sinks, self%gaps, self%dt)
-      q = merge(g(1, :, :n)*p - (self%sim%nodes%g2(5, :, :n) - self%at_zero), 0.0_rp, self%is_free)
-    end associate
-  end subroutine apply
-
-  !> Collective. Product on the rows of this rank.
-  subroutine multiply_rows(self, x, y)
-    class(nodal_system_t), intent(inout) :: self
-    real(rp), intent(in) :: x(:)
-    real(rp), intent(out) :: y(:)
-    real(rp), dimension(size(self%is_own, 1), size(self%is_own, 2)) :: p, q
-
-    call scatter_rows(self, x, p)
-    call self%apply(p, q)
-    y = pack(q, self%is_own)
-  end subroutine multiply_rows
-
-  !> Collective. Scatter row values of all ranks to all nodes stored here.
-  subroutine scatter_rows(system, rows, all)
-    class(nodal_system_t), intent(inout) :: system
-    real(rp), intent(in) :: rows(:)
-    real(rp), intent(out) :: all(:, :)
-    integer :: k
-
-    all = unpack(rows, system%is_own, 0.0_rp)
-    do k = 1, system%n
-      call sum_all_nodes(system%sim, 1, all(:, k))
+    call heat%slope(self%y, step_fraction, self%d)
+    self%scale = 1.0_rp
+    if (heat%property%is_constant) return
+    do c = 1, heat%size()
+      t = heat%property%temperature_at(self%y(c))
+      k = 1.0_rp/(heat%property%k_ref*heat%property%resistivity%at(t))
+      self%scale(c) = k/heat%property%capacity%at(t)
+      self%d(c) = self%d(c)/k
     end do
-  end subroutine scatter_rows
+  end subroutine linearise
+
+  !> Largest error of this rank's cells in the last step [K], with stiff components filtered by a
+  !> linear solve.
+  subroutine estimate(self, heat, dt, m0, m1, error)
+    class(implicit_t), intent(inout) :: self
+    type(heat_t), intent(inout) :: heat
+    real(rp), intent(in) :: dt
+    real(rp), allocatable, intent(in) :: m0(:), m1(:)
+    real(rp), intent(out) :: error
+    real(rp) :: a
+    integer :: n
+
+    n = heat%size()
+    if (self%method == backward_euler) then
+      a = dt
+      self%rhs = 0.5_rp*dt*(m1(1:n) - m0(1:n))*heat%mesh%capacity
+    else
+      a = diagonal*dt
+      self%rhs = dt*(error_weight(1)*m0(1:n) + error_weight(2)*self%m2(1:n) &
+                     + error_weight(3)*m1(1:n))*heat%mesh%capacity
+    end if
+    call linearise(self, heat, 1.0_rp)
+    self%linear%has_failed = .false.
+    call self%linear%filter(heat, a, self%scale, self%d, self%rhs, self%x)
+    error = 0.0_rp
+    if (n > 0) error = maxval(abs(self%x/self%scale))
+    if (self%has_failed .or. self%linear%has_failed) error = huge(1.0_rp)
+  end subroutine estimate
 
 end module heat_implicit

@@ -6,12 +6,12 @@ module heat_nodes
   use grid_geometry, only: mean_edge
   use heat_gaps, only: add_gap_fluxes, gaps_t
   use heat_sinks, only: add_film_losses, add_sink_fluxes, films_need_pressure, sinks_t
-  use mapping_blocks, only: weights_of
-  use mapping_nodes, only: clear_nodes
+  use mpm_blocks, only: weights_of
   use particles_store, only: f_heat, f_jac, f_mass, f_rate, f_tau, f_temp, n_conduction
+  use simulation_nodes, only: clear_nodes
   use simulation_parts, only: simulation_t
-  use state_run, only: e_wall_heat
-  use state_scene, only: scene_t
+  use simulation_run, only: e_wall_heat
+  use simulation_scene, only: scene_t
   use transfer_conduction, only: capacity_to_grid, flux_to_grid, min_capacity, nodal_pressure, &
                                  nodal_temperature, pressure_to_grid
   implicit none (type, external)

@@ -9,14 +9,14 @@ module heat_alone_files
   use base_text, only: str
   use base_timers, only: cpu_seconds, wall_time
   use heat_alone_state, only: heat_run_t, read_probes, sample_cells, save_heat
-  use heat_solvers_linear, only: by_cg, euler, method_names, rkl2, solver_names
-  use heat_solvers_rates, only: b_film, b_source, n_books
+  use heat_linear, only: by_cg, euler, method_names, rkl2, solver_names
+  use heat_rates, only: b_film, b_source, n_books
   use io_frames, only: frame_name, write_heat_frame, write_series
   use io_histories, only: row_t, table_t
   use output_guards, only: melting_t
   use output_progress, only: progress_t
   use output_writer, only: next_time
-  use state_scene, only: output_t, scene_t
+  use simulation_scene, only: output_t, scene_t
   implicit none (type, external)
   private
 

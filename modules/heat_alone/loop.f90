@@ -10,10 +10,10 @@ module heat_alone_loop
   use base_timers, only: wall_time
   use heat_alone_files, only: heat_writer_t
   use heat_alone_state, only: heat_run_t, place_probes, resume_heat, save_heat
-  use mapping_probes, only: probes_t
   use output_checkpoint, only: checkpoint_path
   use run_loop, only: ended_broken, ended_by_signal, ended_io, ended_well
-  use state_scene, only: scene_t
+  use simulation_probes, only: probes_t
+  use simulation_scene, only: scene_t
   implicit none (type, external)
   private
 

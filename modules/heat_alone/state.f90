@@ -6,15 +6,15 @@
 module heat_alone_state
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
-  use comm_world, only: world_t
-  use heat_solvers_integrator, only: integrator_t, n_kept
-  use heat_solvers_mesh, only: heat_mesh_t
-  use heat_solvers_rates, only: heat_t, n_books
+  use base_world, only: world_t
+  use heat_integrator, only: integrator_t, n_kept
+  use heat_mesh, only: heat_mesh_t
+  use heat_rates, only: heat_t, n_books
   use io_checkpoint, only: notes_t, read_heat_checkpoint, write_heat_checkpoint
   use io_plausible, only: counts, is_between, least, most, numbers_t
   use output_checkpoint, only: checkpoint_path, make_notes
   use output_guards, only: melt_sample_t
-  use state_scene, only: scene_t
+  use simulation_scene, only: scene_t
   implicit none (type, external)
   private
 

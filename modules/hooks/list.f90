@@ -6,7 +6,7 @@ module hooks_list
   use input_key_table, only: key_table_t
   use input_values, only: input_t
   use simulation_parts, only: held_hook_t, hook_t
-  use state_scene, only: scene_t
+  use simulation_scene, only: scene_t
   implicit none (type, external)
   private
 

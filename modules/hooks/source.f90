@@ -7,15 +7,15 @@ module hooks_source
   use base_kinds, only: i8, rp
   use base_log, only: say
   use base_text, only: str
-  use heat_solvers_sources, only: heat_source_t, kind_disc
-  use heat_solvers_volume, only: volume_t
-  use heat_solvers_volumes, only: make_volume, volume_names
+  use heat_sources, only: heat_source_t, kind_disc
+  use heat_volume, only: volume_t
+  use heat_volumes, only: make_volume, volume_names
   use input_key_table, only: key_table_t
   use input_values, only: input_t
   use particles_store, only: f_heat, f_mass, f_pos, tag_faces
   use simulation_parts, only: hook_t, simulation_t
-  use state_run, only: e_source, skin
-  use state_scene, only: scene_t
+  use simulation_run, only: e_source, skin
+  use simulation_scene, only: scene_t
   implicit none (type, external)
   private
 

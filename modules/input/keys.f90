@@ -105,7 +105,7 @@ contains
     character(*), parameter :: fence = repeat('`', 3)
 
     write (unit, '(a)') '# Input reference', '', &
-      'Printed by `stirpoint --keys=markdown`; its source are the files of modules/groups.', &
+      'Printed by `stirpoint --keys=markdown`; its source are the files modules/setup/keys*.f90.', &
       '', &
       'An input file is a list of Fortran namelist groups. Units are SI; a name says where not.', &
       '', fence, '! a comment', "&BODY NAME = 'plate', MATERIAL = 'copper',", &

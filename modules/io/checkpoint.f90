@@ -11,7 +11,7 @@ module io_checkpoint
   use base_errors, only: error_t
   use base_kinds, only: i8, nlane, rp
   use base_text, only: str
-  use comm_world, only: agree, world_t
+  use base_world, only: agree, world_t
   use grid_geometry, only: box_t
   use io_h5_attributes, only: has_attribute, read_attribute, write_attribute
   use io_h5_data, only: extent, read_array, read_text, write_array, write_text

@@ -13,7 +13,7 @@ module io_folder
   use base_system, only: make_directory, remove_file, rename_file
   use base_text, only: str
   use base_timers, only: now
-  use comm_world, only: agree, world_t
+  use base_world, only: agree, world_t
   use io_h5_seal, only: previous_of, seal_bytes
   implicit none (type, external)
   private

@@ -8,7 +8,7 @@ module io_frames
   use base_files, only: write_whole
   use base_kinds, only: i8, nlane, rp, sp
   use base_system, only: remove_file
-  use comm_world, only: agree, world_t
+  use base_world, only: agree, world_t
   use grid_geometry, only: mean_edge
   use io_h5_attributes, only: write_attribute
   use io_h5_data, only: write_array, write_text

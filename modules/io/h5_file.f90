@@ -10,7 +10,7 @@ module io_h5_file
   use base_files, only: reason_of
   use base_kinds, only: i8
   use base_system, only: remove_file, rename_file
-  use comm_world, only: agree, world_t
+  use base_world, only: agree, world_t
   use hdf5, only: h5eset_auto_f, h5f_acc_rdonly_f, h5f_acc_trunc_f, h5f_close_strong_f, &
                   h5f_scope_global_f, h5fclose_f, h5fcreate_f, h5fd_mpio_collective_f, h5fflush_f, &
                   h5fopen_f, h5gclose_f, h5gcreate_f, h5open_f, h5p_dataset_xfer_f, &

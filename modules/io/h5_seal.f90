@@ -6,7 +6,7 @@ module io_h5_seal
   use base_errors, only: error_t
   use base_kinds, only: i8
   use base_text, only: str
-  use comm_world, only: agree, world_t
+  use base_world, only: agree, world_t
   use mpi_f08, only: mpi_allreduce, mpi_bcast, mpi_character, mpi_in_place, mpi_integer8, mpi_sum
   implicit none (type, external)
   private

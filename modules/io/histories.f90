@@ -9,7 +9,7 @@ module io_histories
   use base_log, only: say
   use base_system, only: rename_file
   use base_text, only: joined, str
-  use comm_world, only: agree, world_t
+  use base_world, only: agree, world_t
   implicit none (type, external)
   private
 

@@ -8,7 +8,7 @@ module io_vtk
   use base_errors, only: error_t
   use base_kinds, only: i8, rp, sp
   use base_text, only: str
-  use comm_world, only: world_t
+  use base_world, only: world_t
   use io_h5_attributes, only: write_attribute
   use io_h5_data, only: write_array
   use io_h5_file, only: h5file_t

@@ -5,11 +5,11 @@ module output_checkpoint
   use base_kinds, only: i8, rp
   use io_checkpoint, only: notes_t, write_checkpoint
   use io_plausible, only: counts, least, numbers_t, speed_of_light
-  use mapping_probes, only: share_probes
   use simulation_parts, only: simulation_t
+  use simulation_probes, only: share_probes
+  use simulation_run, only: n_sums
+  use simulation_scene, only: output_t, scene_t
   use sleep_motion, only: edge
-  use state_run, only: n_sums
-  use state_scene, only: output_t, scene_t
   use tools_tool, only: n_tool_sums
   implicit none (type, external)
   private

@@ -2,13 +2,13 @@
 !> Errors of bodies with known (manufactured) fields: rows of NAME_errors.csv.
 module output_error_norms
   use base_kinds, only: nlane, rp
-  use fields_field, only: field_t
   use io_histories, only: row_t
+  use mpm_prescribed, only: elastic_state, velocity_time
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel
+  use physics_field, only: field_t
   use physics_material, only: material_t
   use simulation_parts, only: simulation_t
-  use state_scene, only: scene_t
-  use update_prescribed, only: elastic_state, velocity_time
+  use simulation_scene, only: scene_t
   implicit none (type, external)
   private
 

@@ -8,12 +8,12 @@ module output_guards
   use base_kinds, only: rp
   use base_log, only: say
   use base_text, only: str
-  use comm_world, only: world_t
+  use base_world, only: world_t
   use io_histories, only: row_t
   use particles_store, only: f_mass, f_pos, f_temp
   use simulation_parts, only: simulation_t
-  use state_scene, only: scene_t, scheme_usavg
-  use tool_shapes_revolved, only: revolved_t
+  use simulation_scene, only: scene_t, scheme_usavg
+  use tools_shape_revolved, only: revolved_t
   use tools_tool, only: s_layer_strength, s_torque, tool_t
   implicit none (type, external)
   private

@@ -13,9 +13,9 @@ module output_history
                                    zero_means
   use output_totals, only: zero_totals, sum_totals, totals_t
   use simulation_parts, only: simulation_t
-  use state_run, only: d_elastic, d_heat, d_kinetic, d_mass, e_body, e_film, e_plastic, e_scaling, &
-                       e_sleep, e_source, e_wall, e_wall_heat
-  use state_scene, only: scene_t
+  use simulation_run, only: d_elastic, d_heat, d_kinetic, d_mass, e_body, e_film, e_plastic, &
+                            e_scaling, e_sleep, e_source, e_wall, e_wall_heat
+  use simulation_scene, only: scene_t
   use tools_backing, only: backing_t
   use tools_tool, only: n_tool_sums, s_area, s_excess_speed, s_face_temperature, s_force, &
                         s_friction, s_heat, s_layer_slip, s_layer_strength, s_layer_thickness, &

@@ -8,7 +8,7 @@ module output_microstructure
   use particles_store, only: f_mass, f_plastic
   use physics_flow_law, only: law_output_t
   use simulation_parts, only: simulation_t
-  use state_scene, only: scene_t
+  use simulation_scene, only: scene_t
   implicit none (type, external)
   private
 

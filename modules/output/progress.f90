@@ -10,9 +10,9 @@ module output_progress
   use base_text, only: str
   use base_timers, only: cpu_seconds, n_phases, now, phase_name, wall_time
   use base_version, only: commit, release
-  use comm_world, only: world_t
+  use base_world, only: world_t
   use simulation_parts, only: simulation_t
-  use state_scene, only: output_t, scene_t
+  use simulation_scene, only: output_t, scene_t
   implicit none (type, external)
   private
 

@@ -2,14 +2,14 @@
 !> Energies, temperatures and accumulated sums of all ranks, and their balance.
 module output_totals
   use base_kinds, only: nlane, rp
-  use mapping_blocks, only: kinetic_energy
+  use mpm_blocks, only: kinetic_energy
   use output_diagnostics, only: is_finite
   use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel
   use physics_material, only: material_t
   use simulation_parts, only: simulation_t
-  use state_run, only: d_elastic, d_kinetic, e_body, e_conduction, e_contact, e_film, e_friction, &
-                       e_plastic, e_scaling, e_sleep, e_source, e_stress, e_tool, e_wall, &
-                       e_wall_heat, n_sums
+  use simulation_run, only: d_elastic, d_kinetic, e_body, e_conduction, e_contact, e_film, &
+                            e_friction, e_plastic, e_scaling, e_sleep, e_source, e_stress, e_tool, &
+                            e_wall, e_wall_heat, n_sums
   use tools_tool, only: n_tool_sums, s_friction, s_heat, s_normal_loss, s_to_plate, s_work
   implicit none (type, external)
   private
@@ -32,7 +32,7 @@ module output_totals
   !> Totals of all ranks.
   type :: totals_t
     type(energies_t) :: now
-    real(rp) :: budget(n_sums) = 0.0_rp       !! accumulated sums, indices of state_run [J]
+    real(rp) :: budget(n_sums) = 0.0_rp       !! accumulated sums, indices of simulation_run [J]
     real(rp), allocatable :: tool(:, :)      !! accumulated sums (n_tool_sums, tools)
     real(rp), allocatable :: face(:)         !! maximum temperature of each tool face [K]
     real(rp), allocatable :: impulse(:, :)   !! impulse of walls and clamps (3, n) [N s]

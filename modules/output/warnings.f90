@@ -4,7 +4,7 @@ module output_warnings
   use base_kinds, only: i8, nlane, rp
   use base_log, only: say
   use base_text, only: str
-  use comm_world, only: world_t
+  use base_world, only: world_t
   use io_histories, only: row_t
   use output_guards, only: guards_t, melting_t
   use output_microstructure, only: warning_message

@@ -7,7 +7,6 @@ module output_writer
   use base_timers, only: wall_time
   use io_frames, only: frame_name, write_frame, write_series, write_tool_frame
   use io_histories, only: compact, lines_t, row_t, table_t
-  use mapping_probes, only: share_probes
   use output_checkpoint, only: save_checkpoint
   use output_diagnostics, only: is_finite
   use output_error_norms, only: error_headings, error_row, has_fields
@@ -18,7 +17,8 @@ module output_writer
   use particles_tracers, only: n_seen
   use physics_flow_law, only: law_output_t
   use simulation_parts, only: simulation_t
-  use state_run, only: clock_t
+  use simulation_probes, only: share_probes
+  use simulation_run, only: clock_t
   implicit none (type, external)
   private
 

@@ -3,7 +3,7 @@
 module particles_migrate
   use base_kinds, only: i8, nlane, rp
   use base_text, only: str
-  use comm_world, only: world_t
+  use base_world, only: world_t
   use grid_geometry, only: box_t, grid_t, halo, nearest_node, patch_t, storage_nodes, wrap
   use grid_partition, only: owner_of
   use mpi_f08, only: mpi_alltoall, mpi_alltoallv, mpi_double_precision, mpi_integer

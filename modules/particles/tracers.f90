@@ -4,7 +4,7 @@
 module particles_tracers
   use base_kinds, only: i8, rp
   use base_sort, only: order_of
-  use comm_world, only: world_t
+  use base_world, only: world_t
   use grid_geometry, only: grid_t, wrap
   use particles_store, only: f_plastic, f_pos, f_temp, particles_t, set_bit, tag_id, tracer_bit
   implicit none (type, external)

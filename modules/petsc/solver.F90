@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Interface of `heat_solvers_petsc` to PETSc with plain arrays. It is a shared library that is
+!> Interface of `heat_petsc` to PETSc with plain arrays. It is a shared library that is
 !> loaded when a scene needs PETSc, so that other runs do not load PETSc and its 50 dependencies.
 module petsc_solver
 #include <petsc/finclude/petscksp.h>

@@ -7,8 +7,9 @@ module run_loop
   use base_text, only: str
   use base_timers, only: ph_conduction, ph_exchange, ph_output, ph_sorting, wall_time
   use heat_conduction, only: conduct, conduction_is_due, conduction_step
-  use mapping_blocks, only: start_rigid
-  use mapping_stability, only: domain_factor, stable_step
+  use mpm_blocks, only: start_rigid
+  use mpm_prescribed, only: stagger_velocities
+  use mpm_stability, only: domain_factor, stable_step
   use output_checkpoint, only: broken_path, checkpoint_path, save_checkpoint
   use output_diagnostics, only: is_finite, describe_failure
   use output_totals, only: energies, energies_t
@@ -21,7 +22,6 @@ module run_loop
   use step_advance, only: take_step
   use step_drives, only: drive_tools, store_impulses
   use step_motion, only: find_motion
-  use update_prescribed, only: stagger_velocities
   implicit none (type, external)
   private
 

@@ -4,11 +4,11 @@
 !> recorded.
 module run_mass_scaling
   use base_kinds, only: nlane, rp
-  use mapping_blocks, only: kinetic_energy
+  use mpm_blocks, only: kinetic_energy
   use output_totals, only: inertial_stress_ratio
   use particles_store, only: f_flow, f_mass, f_vel
   use simulation_parts, only: simulation_t
-  use state_run, only: e_scaling
+  use simulation_run, only: e_scaling
   use step_motion, only: find_motion
   implicit none (type, external)
   private

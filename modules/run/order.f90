@@ -7,8 +7,8 @@ module run_order
   use boundary_symmetry, only: split_mirrors
   use grid_geometry, only: halo, storage_nodes
   use grid_neighbours, only: dilate
-  use mapping_nodes, only: nodes_t
   use particles_store, only: border_bit, f_pos, set_bit
+  use simulation_nodes, only: nodes_t
   use simulation_parts, only: simulation_t
   implicit none (type, external)
   private

@@ -6,15 +6,15 @@ module run_regrid
   use boundary_symmetry, only: list_mirrors, narrow_mirrors
   use grid_geometry, only: box_t, halo, storage_nodes
   use grid_neighbours, only: dilate
-  use mapping_nodes, only: append, clear_nodes
-  use mapping_probes, only: assign_probes, share_probes
   use particles_migrate, only: redistribute, wrap_positions
   use particles_sort, only: keep_none
   use particles_store, only: awake, f_pos, held
   use run_balance, only: note_balance, reach_of, rebalance, store_nodes
   use run_mass_scaling, only: adapt_mass
   use run_order, only: list_to_grid_order, mark_border
+  use simulation_nodes, only: append, clear_nodes
   use simulation_parts, only: simulation_t
+  use simulation_probes, only: assign_probes, share_probes
   use sleep_criteria, only: count_awake, update_sleep
   use sleep_held_layer, only: find_far_force
   use step_schedule, only: list_to_particles_order

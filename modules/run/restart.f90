@@ -5,7 +5,7 @@ module run_restart
   use base_errors, only: error_t
   use base_kinds, only: i8, nlane, rp
   use base_text, only: str
-  use comm_world, only: world_t
+  use base_world, only: world_t
   use grid_geometry, only: box_t, grid_t, halo, nearest_node
   use io_checkpoint, only: read_checkpoint
   use io_plausible, only: is_between, least, most, numbers_t, speed_of_light
@@ -19,8 +19,8 @@ module run_restart
   use run_debris, only: remove_debris
   use run_regrid, only: relist, sort_particles
   use simulation_parts, only: simulation_t
+  use simulation_run, only: motion_t, outcome_t
   use sleep_motion, only: start_tracking
-  use state_run, only: motion_t, outcome_t
   implicit none (type, external)
   private
 

@@ -3,13 +3,13 @@
 module setup_bodies
   use base_kinds, only: rp
   use base_text, only: str
-  use bodies_filling, only: check_stretch
-  use bodies_solids, only: body_solids, bounds, read_solid, solid_cylinder, solid_sphere, solid_t
   use input_key_table, only: find
   use input_tables, only: check_rising
   use input_values, only: input_t
-  use state_film, only: film_t, of_nothing, of_pressure
-  use state_scene, only: scene_t
+  use setup_filling, only: check_stretch
+  use setup_solids, only: body_solids, bounds, read_solid, solid_cylinder, solid_sphere, solid_t
+  use simulation_film, only: film_t, of_nothing, of_pressure
+  use simulation_scene, only: scene_t
   implicit none (type, external)
   private
 

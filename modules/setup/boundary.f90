@@ -5,13 +5,13 @@
 module setup_boundary
   use base_kinds, only: rp
   use base_text, only: lower, str
-  use bodies_solids, only: all_solids, extent_of, solids_t
-  use conditions_clamp, only: clamp_t
-  use conditions_list, only: append_clamp, clamp_groups, make_clamp, symmetry_t
   use grid_geometry, only: grid_t
   use input_key_table, only: find
   use input_values, only: input_t
-  use state_scene, only: scene_t, traction_t
+  use setup_solids, only: all_solids, extent_of, solids_t
+  use simulation_clamp, only: clamp_t
+  use simulation_conditions, only: append_clamp, clamp_groups, make_clamp, symmetry_t
+  use simulation_scene, only: scene_t, traction_t
   implicit none (type, external)
   private
 

@@ -3,11 +3,11 @@
 !> face fractions of cut cells from sample points.
 module setup_cut_cells
   use base_kinds, only: rp
-  use bodies_solids, only: body_at, bounds, solid_box, solid_cylinder, solid_t, solid_trapezoid, &
-                           solids_t
-  use comm_world, only: world_t
-  use heat_solvers_cut_mesh, only: cut_cells_t, n_halo_planes
-  use heat_solvers_mesh, only: lay_lines, heat_mesh_t
+  use base_world, only: world_t
+  use heat_cut_mesh, only: cut_cells_t, n_halo_planes
+  use heat_mesh, only: lay_lines, heat_mesh_t
+  use setup_solids, only: body_at, bounds, solid_box, solid_cylinder, solid_t, solid_trapezoid, &
+                          solids_t
   implicit none (type, external)
   private
 

@@ -2,23 +2,23 @@
 !> Set-up of heat-only scenes from the checked input: mesh, properties, films and method.
 module setup_heat_scene
   use base_kinds, only: i8, rp
-  use bodies_solids, only: all_solids, solids_t
-  use comm_world, only: world_t
-  use conditions_list, only: clamp_groups
+  use base_world, only: world_t
   use heat_alone_state, only: heat_run_t
-  use heat_solvers_curve, only: make_property
-  use heat_solvers_cut_mesh, only: cut_cells_t, cut_mesh
-  use heat_solvers_fft, only: has_fft
-  use heat_solvers_integrator, only: integrator_t
-  use heat_solvers_linear, only: by_cg, by_fft, method_names, rkl2, solver_names
-  use heat_solvers_petsc, only: petsc_trouble
-  use heat_solvers_rates, only: heat_t
+  use heat_curve, only: make_property
+  use heat_cut_mesh, only: cut_cells_t, cut_mesh
+  use heat_fft, only: has_fft
+  use heat_integrator, only: integrator_t
+  use heat_linear, only: by_cg, by_fft, method_names, rkl2, solver_names
+  use heat_petsc, only: petsc_trouble
+  use heat_rates, only: heat_t
   use input_key_table, only: find
   use input_values, only: input_t
   use setup_cut_cells, only: cut_cells, mesh_of
   use setup_heat_sources, only: check_tables, n_values, read_heat_sources
-  use state_film, only: stefan_boltzmann
-  use state_scene, only: scene_t
+  use setup_solids, only: all_solids, solids_t
+  use simulation_conditions, only: clamp_groups
+  use simulation_film, only: stefan_boltzmann
+  use simulation_scene, only: scene_t
   implicit none (type, external)
   private
 

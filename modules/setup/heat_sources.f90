@@ -3,8 +3,8 @@
 !> checks of what heats and conducts.
 module setup_heat_sources
   use base_kinds, only: pi, rp
-  use heat_solvers_curve, only: curve_t, table_value
-  use heat_solvers_sources, only: heat_source_t, kind_stir
+  use heat_curve, only: curve_t, table_value
+  use heat_sources, only: heat_source_t, kind_stir
   use input_tables, only: rises
   use input_values, only: input_t
   use physics_flow_law, only: softening_from

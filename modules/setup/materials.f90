@@ -3,10 +3,10 @@
 !> that a scene needs of them, as none has a default.
 module setup_materials
   use base_kinds, only: rp
-  use flow_laws_list, only: make_law
   use input_tables, only: rises
   use input_values, only: input_t
   use physics_flow_law, only: flow_law_t
+  use physics_laws, only: make_law
   use physics_material, only: heat_table_t, material_t
   implicit none (type, external)
   private

@@ -7,8 +7,8 @@ module setup_method
   use input_values, only: input_t
   use physics_material, only: material_t
   use physics_stress, only: flow_strength
-  use state_scene, only: average_always, average_flowing, average_never, scene_t, scheme_usl, &
-                         transfer_flip
+  use simulation_scene, only: average_always, average_flowing, average_never, scene_t, scheme_usl, &
+                              transfer_flip
   use tools_tool, only: tool_t
   implicit none (type, external)
   private

@@ -5,19 +5,18 @@
 module setup_scene
   use base_kinds, only: i8, rp
   use base_text, only: str
-  use bodies_fields, only: read_fields
   use grid_geometry, only: grade, grid_t, make_grid
   use grid_grading, only: grading_t, make_grading
-  use heat_solvers_linear, only: by_cg, by_petsc
+  use heat_linear, only: by_cg, by_petsc
   use hooks_list, only: read_hooks
   use input_key_table, only: find
   use input_values, only: input_t
-  use mapping_probes, only: probes_t
-  use mapping_stability, only: default_cfl
+  use mpm_stability, only: default_cfl
   use particles_tracers, only: tracers_t
   use setup_bodies, only: check_shapes, read_bodies, read_surfaces
   use setup_boundary, only: read_conditions, read_tractions, tractions_have_boxes
   use setup_contacts, only: read_contacts, read_gaps
+  use setup_fields, only: read_fields
   use setup_heat_scene, only: check_heat_scene
   use setup_heat_sources, only: check_heat_sense
   use setup_materials, only: check_properties, read_materials
@@ -28,7 +27,9 @@ module setup_scene
   use setup_tools, only: read_tools
   use setup_tracers, only: read_tracers
   use simulation_parts, only: held_hook_t
-  use state_scene, only: method_t, scene_t, scheme_usl, transfer_apic, transfer_fmpm, transfer_xpic
+  use simulation_probes, only: probes_t
+  use simulation_scene, only: method_t, scene_t, scheme_usl, transfer_apic, transfer_fmpm, &
+                              transfer_xpic
   use tools_backing, only: backing_t
   use tools_tool, only: tool_t
   implicit none (type, external)

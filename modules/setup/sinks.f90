@@ -6,11 +6,11 @@ module setup_sinks
   use base_kinds, only: pi, rp
   use base_log, only: say
   use base_text, only: str
-  use bodies_solids, only: body_solids, extent_of, solid_t
   use input_key_table, only: find
   use input_values, only: input_t
   use setup_boundary, only: wall_of, wall_t
-  use state_scene, only: scene_t, scheme_usl
+  use setup_solids, only: body_solids, extent_of, solid_t
+  use simulation_scene, only: scene_t, scheme_usl
   use tools_backing, only: backing_t, find_backing
   use tools_heat_sink, only: heat_sink_t
   use tools_tool, only: tool_t

@@ -3,10 +3,10 @@
 module setup_tracers
   use base_kinds, only: rp
   use base_text, only: str
-  use bodies_solids, only: all_solids, is_in_body, solids_t
   use input_values, only: input_t
   use particles_tracers, only: tracers_t
-  use state_scene, only: scene_t
+  use setup_solids, only: all_solids, is_in_body, solids_t
+  use simulation_scene, only: scene_t
   implicit none (type, external)
   private
 

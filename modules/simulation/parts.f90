@@ -4,17 +4,17 @@
 module simulation_parts
   use base_kinds, only: i8, rp
   use base_timers, only: phase_timer_t
-  use comm_world, only: world_t
+  use base_world, only: world_t
   use input_key_table, only: key_table_t
   use input_values, only: input_t
-  use mapping_nodes, only: nodes_t
-  use mapping_probes, only: probes_t
   use particles_store, only: particles_t
   use particles_tracers, only: tracers_t
   use simulation_node_pairs, only: node_pairs_t
+  use simulation_nodes, only: nodes_t
+  use simulation_probes, only: probes_t
+  use simulation_run, only: budget_t, clock_t, exchange_t, sleepers_t, step_t
+  use simulation_scene, only: scene_t
   use simulation_tool_lists, only: tool_contact_t
-  use state_run, only: budget_t, clock_t, exchange_t, sleepers_t, step_t
-  use state_scene, only: scene_t
   use tools_backing, only: backing_t
   use tools_tool, only: n_tool_sums, tool_t
   implicit none (type, external)
@@ -173,7 +173,7 @@ contains
 
   !> Place of a step after the update of the nodes, before walls, tools and contact: change the
   !> velocities of nodes, lanes 1 to 3 of `g`, and with them the velocity changes, lanes 5 to 7
-  !> (mapping_nodes). A step may be refused and repeated: only the sums are restored.
+  !> (simulation_nodes). A step may be refused and repeated: only the sums are restored.
   subroutine after_nodes(self, sim, dt, g)
     class(hook_t), intent(inout) :: self
     type(simulation_t), intent(inout) :: sim

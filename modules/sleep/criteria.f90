@@ -14,10 +14,10 @@ module sleep_criteria
   use particles_store, only: asleep, awake, f_mass, f_pos, f_tau, f_temp, f_vel, held, rests, &
                              set_rest, tag_rest
   use simulation_parts, only: simulation_t
+  use simulation_run, only: e_sleep, motion_t
   use sleep_motion, only: cube_at, cube_middle, cube_size, edge, longest_cube, start_tracking
   use sleep_stress, only: c_wake_requests, c_mass, c_stress, find_active_cubes, n_cube_sums, &
                           n_particle_sums
-  use state_run, only: e_sleep, motion_t
   implicit none (type, external)
   private
 

@@ -17,16 +17,16 @@ module sleep_held_layer
   use boundary_symmetry, only: add_lost, r_momentum, reflect
   use grid_geometry, only: halo, storage_nodes
   use grid_neighbours, only: dilate
-  use mapping_blocks, only: force_records, weights_of
-  use mapping_fbar, only: clear_volume
-  use mapping_nodes, only: clear_nodes, min_node_inertia, nodes_t, update_nodes
+  use mpm_blocks, only: force_records, weights_of
+  use mpm_constitutive, only: external_acceleration
+  use mpm_fbar, only: clear_volume
+  use mpm_sweeps, only: force_to_grid
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel
+  use simulation_nodes, only: clear_nodes, min_node_inertia, nodes_t, update_nodes
   use simulation_parts, only: simulation_t
-  use state_run, only: budget_t, clock_t, e_sleep, sleepers_t
-  use state_scene, only: scene_t
+  use simulation_run, only: budget_t, clock_t, e_sleep, sleepers_t
+  use simulation_scene, only: scene_t
   use transfer_scatter, only: p2g_block
-  use update_constitutive, only: external_acceleration
-  use update_sweeps, only: force_to_grid
   implicit none (type, external)
   private
 

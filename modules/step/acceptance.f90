@@ -6,9 +6,9 @@ module step_acceptance
   use base_kinds, only: rp
   use base_system, only: stop_signal
   use base_timers, only: wall_time
-  use mapping_nodes, only: full_mass
+  use simulation_nodes, only: full_mass
   use simulation_parts, only: simulation_t
-  use state_run, only: skin
+  use simulation_run, only: skin
   implicit none (type, external)
   private
 

@@ -8,20 +8,20 @@ module step_advance
   use boundary_clamps, only: hold_walls
   use boundary_symmetry, only: record_impulse, restore_velocities
   use contact_body_pairs, only: join_bodies
-  use mapping_fbar, only: clear_volume, sum_volume
-  use mapping_nodes, only: clear_nodes, update_nodes
-  use mapping_probes, only: move_probes
+  use mpm_fbar, only: clear_volume, sum_volume
+  use mpm_sweeps, only: accelerate, grid_to_particles, momentum_to_grid, update_stress
+  use simulation_nodes, only: clear_nodes, update_nodes
   use simulation_parts, only: simulation_t
+  use simulation_probes, only: move_probes
+  use simulation_run, only: budget_t, outcome_t
+  use simulation_scene, only: scheme_usavg, scheme_usl, transfer_apic
   use sleep_held_layer, only: freeze_layer, record_sleeper_impulse
   use sleep_motion, only: track_motion
-  use state_run, only: budget_t, outcome_t
-  use state_scene, only: scheme_usavg, scheme_usl, transfer_apic
   use step_acceptance, only: post_acceptance
   use step_constraints, only: apply_boundary, resolve_contact
   use step_filter, only: filter_velocity
   use step_schedule, only: accept_step, save_state
   use step_to_grid, only: particles_to_grid, sum_nodes
-  use update_sweeps, only: accelerate, grid_to_particles, momentum_to_grid, update_stress
   implicit none (type, external)
   private
 

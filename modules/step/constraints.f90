@@ -8,9 +8,9 @@ module step_constraints
   use contact_body_pairs, only: resolve_body_contact
   use contact_tool_impulses, only: apply_impulses, find_contact, find_impulses
   use simulation_parts, only: simulation_t
+  use simulation_run, only: outcome_t
   use simulation_tool_lists, only: n_masses
   use sleep_held_layer, only: hold_layer
-  use state_run, only: outcome_t
   use step_schedule, only: can_speculate, sum_with_overlap
   implicit none (type, external)
   private

@@ -5,11 +5,11 @@ module step_drives
   use base_kinds, only: i8, rp
   use base_log, only: say
   use base_text, only: str
-  use comm_world, only: world_t
-  use mapping_stability, only: wave_speed
+  use base_world, only: world_t
+  use mpm_stability, only: wave_speed
   use particles_store, only: f_pos, f_temp
   use simulation_parts, only: simulation_t
-  use state_run, only: clock_t
+  use simulation_run, only: clock_t
   use tools_tool, only: s_force, s_torque, tool_t
   implicit none (type, external)
   private

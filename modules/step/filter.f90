@@ -8,11 +8,11 @@ module step_filter
   use boundary_clamps, only: release_held
   use boundary_symmetry, only: reflect, r_filter, restore
   use contact_body_pairs, only: join_increments
-  use mapping_blocks, only: weights_of
-  use mapping_nodes, only: clear_nodes
+  use mpm_blocks, only: weights_of
   use particles_store, only: f_mass
+  use simulation_nodes, only: clear_nodes
   use simulation_parts, only: simulation_t
-  use state_scene, only: transfer_xpic
+  use simulation_scene, only: transfer_xpic
   use transfer_kernels, only: g2p_values_block
   use transfer_scatter, only: p2g_values_block
   implicit none (type, external)

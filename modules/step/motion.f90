@@ -5,9 +5,9 @@
 module step_motion
   use base_kinds, only: nlane, rp
   use boundary_symmetry, only: r_filter, r_momentum, reflect, restore
-  use mapping_blocks, only: gather_lanes, weights_of
-  use mapping_nodes, only: clear_nodes, min_node_mass
+  use mpm_blocks, only: gather_lanes, weights_of
   use particles_store, only: f_mass, f_vel
+  use simulation_nodes, only: clear_nodes, min_node_mass
   use simulation_parts, only: simulation_t
   use transfer_scatter, only: p2g_values_block
   implicit none (type, external)

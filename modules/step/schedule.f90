@@ -7,12 +7,12 @@
 module step_schedule
   use base_kinds, only: nlane, rp
   use base_timers, only: ph_nodes, ph_to_particles
+  use mpm_sweeps, only: blocks_to_particles
   use particles_store, only: far_bit, set_bit
   use simulation_parts, only: simulation_t
-  use state_run, only: outcome_t
-  use state_scene, only: scheme_usl
+  use simulation_run, only: outcome_t
+  use simulation_scene, only: scheme_usl
   use step_acceptance, only: finish_acceptance
-  use update_sweeps, only: blocks_to_particles
   implicit none (type, external)
   private
 

@@ -6,13 +6,13 @@ module step_to_grid
   use base_kinds, only: rp
   use base_timers, only: ph_exchange, ph_to_grid
   use boundary_symmetry, only: shared_part, reflect, interior_part, r_momentum
-  use mapping_fbar, only: clear_volume, sum_volume
-  use mapping_nodes, only: clear_nodes
+  use mpm_fbar, only: clear_volume, sum_volume
+  use mpm_sweeps, only: blocks_to_grid
+  use mpm_tractions, only: tractions_to_grid
+  use simulation_nodes, only: clear_nodes
   use simulation_parts, only: simulation_t
+  use simulation_scene, only: scheme_usl
   use sleep_held_layer, only: add_layer
-  use state_scene, only: scheme_usl
-  use update_sweeps, only: blocks_to_grid
-  use update_tractions, only: tractions_to_grid
   implicit none (type, external)
   private
 

@@ -4,11 +4,11 @@
 !> nodes.
 module tools_tool
   use base_kinds, only: nlane, rp
-  use tool_shapes_shape, only: no_edge, shape_t
   use tools_heat_sink, only: heat_sink_t
   use tools_law, only: friction_law_t, friction_table_t, law_coulomb, of_nothing
   use tools_monitor, only: monitor_t
   use tools_motion, only: drive_t, motion_t, wrapped
+  use tools_shape, only: no_edge, shape_t
   implicit none (type, external)
   private
 

@@ -265,8 +265,8 @@ def calibration():
 
 
 def limits():
-    """Constants of modules/mapping/stability.f90."""
-    text = (ROOT / "modules/mapping/stability.f90").read_text(encoding="utf-8")
+    """Constants of modules/mpm/stability.f90."""
+    text = (ROOT / "modules/mpm/stability.f90").read_text(encoding="utf-8")
     return {name: float(value) for name, value in re.findall(r"(\w+) = (-?[0-9.]+)_rp", text)}
 
 

@@ -2,8 +2,8 @@
 !> Loads and node records for the tests of the grid.
 module grid_samples
   use base_kinds, only: rp
+  use base_world, only: world_t
   use check, only: expect
-  use comm_world, only: world_t
   use grid_geometry, only: box_t, grid_t, patch_t
   implicit none (type, external)
   private

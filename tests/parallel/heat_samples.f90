@@ -2,7 +2,7 @@
 !> Copper blocks that conduct, for the tests of heat.
 module heat_samples
   use base_kinds, only: i8, nlane, pi, rp
-  use comm_world, only: world_t
+  use base_world, only: world_t
   use grid_geometry, only: make_grid
   use heat_conduction, only: conduct
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_temp, make_tag, n_fields

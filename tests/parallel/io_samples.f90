@@ -5,8 +5,8 @@ module io_samples
   use base_errors, only: error_t
   use base_kinds, only: i8, nlane, rp
   use base_system, only: remove_file
+  use base_world, only: world_t
   use check, only: expect
-  use comm_world, only: world_t
   use particles_store, only: f_temp, make_tag, n_fields, particles_t
   implicit none (type, external)
   private

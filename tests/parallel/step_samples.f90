@@ -3,21 +3,21 @@
 !> of. Types of the scene are filled in here alone.
 module step_samples
   use base_kinds, only: i8, nlane, rp
-  use comm_world, only: world_t
-  use conditions_clamp, only: clamp_t
-  use conditions_list, only: append_clamp, symmetry_t
+  use base_world, only: world_t
   use grid_geometry, only: make_grid
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_temp, f_vel, make_tag, tag_id
   use physics_flow_law, only: flow_law_t, n_work
   use run_balance, only: first_partition
   use run_regrid, only: regrid
+  use simulation_clamp, only: clamp_t
+  use simulation_conditions, only: append_clamp, symmetry_t
   use simulation_parts, only: simulation_t
-  use tool_shapes_box, only: box_shape_t
-  use tool_shapes_plane, only: plane_t
-  use tool_shapes_shoulder, only: new_shoulder
-  use tool_shapes_sphere, only: sphere_t
   use tools_motion, only: phase_t
   use tools_pair, only: contact_t, pair_law_t
+  use tools_shape_box, only: box_shape_t
+  use tools_shape_plane, only: plane_t
+  use tools_shape_shoulder, only: new_shoulder
+  use tools_shape_sphere, only: sphere_t
   use tools_tool, only: tool_t
   implicit none (type, external)
   private

@@ -5,13 +5,14 @@ program test_acceptance
                                            ieee_set_halting_mode, ieee_value
   use base_kinds, only: rp
   use base_timers, only: wall_time
+  use base_world, only: start_world, world_t
   use check, only: begin_tests, end_tests, expect, expect_close
-  use comm_world, only: start_world, world_t
-  use mapping_nodes, only: update_nodes
+  use mpm_sweeps, only: blocks_to_particles
   use node_samples, only: all_of, map_particles, set_velocity
   use particles_store, only: f_pos, f_vel
+  use simulation_nodes, only: update_nodes
   use simulation_parts, only: free_simulation, simulation_t
-  use state_run, only: budget_t, clock_t, outcome_t
+  use simulation_run, only: budget_t, clock_t, outcome_t
   use step_acceptance, only: finish_acceptance, post_acceptance
   use step_advance, only: take_step
   use step_constraints, only: apply_boundary
@@ -20,7 +21,6 @@ program test_acceptance
   use step_schedule, only: save_block, save_state
   use step_schedule, only: accept_step
   use step_to_grid, only: particles_to_grid
-  use update_sweeps, only: blocks_to_particles
   implicit none (type, external)
 
   real(rp), parameter :: dt = 1.0e-6_rp, at_rest(3, 3) = 0.0_rp, far = 1.0e9_rp

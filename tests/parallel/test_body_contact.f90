@@ -3,18 +3,18 @@
 !> momentum, angular momentum and energy go where the budget says.
 program test_body_contact
   use base_kinds, only: rp
+  use base_world, only: start_world, world_t
   use check, only: begin_tests, end_tests, expect, expect_close
-  use comm_world, only: start_world, world_t
   use contact_body_normals, only: overlap_weight
   use node_samples, only: all_of, balance_of, balance_t, gather_nodes, map_particles, &
                           set_velocity, shake_nodes
   use particles_store, only: f_heat
   use simulation_parts, only: free_simulation, simulation_t
-  use state_run, only: e_contact, e_friction, outcome_t
+  use simulation_run, only: e_contact, e_friction, outcome_t
   use step_constraints, only: apply_boundary, resolve_contact
   use step_samples, only: add_contact, add_tool, fill, h, particle_tool, settle, shake, start_scene
   use tools_pair, only: law_coulomb, law_frictionless, law_stick, normal_gradient, &
-                          normal_regression, pair_law_t
+                        normal_regression, pair_law_t
   use tools_tool, only: s_force, s_friction, s_normal_loss, s_normal_impulse, s_torque, s_work
   implicit none (type, external)
 

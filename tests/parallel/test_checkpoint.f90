@@ -4,8 +4,8 @@ program test_checkpoint
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
   use base_text, only: str
+  use base_world, only: start_world, world_t
   use check, only: begin_tests, end_tests, expect
-  use comm_world, only: start_world, world_t
   use grid_geometry, only: box_t
   use io_checkpoint, only: notes_t, read_checkpoint, read_checkpoint_notes, write_checkpoint
   use io_h5_file, only: h5file_t

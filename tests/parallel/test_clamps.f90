@@ -3,12 +3,12 @@
 !> just the change of momentum and the work of the clamps.
 program test_clamps
   use base_kinds, only: rp
+  use base_world, only: start_world, world_t
   use boundary_clamps, only: hold_walls, release_held
   use check, only: begin_tests, end_tests, expect, expect_close
-  use comm_world, only: start_world, world_t
   use node_samples, only: all_of, gather_nodes, map_particles, shake_nodes
   use simulation_parts, only: free_simulation, simulation_t
-  use state_run, only: e_wall
+  use simulation_run, only: e_wall
   use step_samples, only: add_clamp, fill, h, noise, rho, settle, shake, start_scene
   implicit none (type, external)
 

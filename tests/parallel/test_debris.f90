@@ -4,14 +4,14 @@ program test_debris
   use, intrinsic :: ieee_arithmetic, only: ieee_invalid, ieee_quiet_nan, ieee_set_flag, &
                                            ieee_set_halting_mode, ieee_value
   use base_kinds, only: nlane, rp
+  use base_world, only: start_world, world_t
   use check, only: begin_tests, end_tests, expect, expect_close
-  use comm_world, only: start_world, world_t
-  use mapping_stability, only: wave_speed
+  use mpm_stability, only: wave_speed
   use particles_store, only: f_mass, f_pos, f_temp, f_vel
   use run_debris, only: remove_debris
   use run_regrid, only: regrid
   use simulation_parts, only: free_simulation, simulation_t
-  use state_run, only: d_elastic, d_heat, d_kinetic, d_mass
+  use simulation_run, only: d_elastic, d_heat, d_kinetic, d_mass
   use step_samples, only: c_p, fill, h, settle, start_scene
   implicit none (type, external)
 

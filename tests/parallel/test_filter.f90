@@ -2,13 +2,13 @@
 !> The velocity filter of XPIC and FMPM: against its series, linear fields, and PIC.
 program test_filter
   use base_kinds, only: rp
+  use base_world, only: start_world, world_t
   use check, only: begin_tests, end_tests, expect, expect_close
-  use comm_world, only: start_world, world_t
   use node_samples, only: gather_nodes, gather_particles, map_particles, set_velocity, &
                           shake_nodes, step_once
   use particles_store, only: f_mass, f_pos
   use simulation_parts, only: free_simulation, simulation_t
-  use state_scene, only: transfer_fmpm, transfer_xpic
+  use simulation_scene, only: transfer_fmpm, transfer_xpic
   use step_constraints, only: apply_boundary
   use step_filter, only: filter_velocity
   use step_samples, only: add_clamp, fill, h, settle, shake, start_scene

@@ -2,8 +2,8 @@
 !> Partition of the grid and sums over the nodes that ranks share.
 program test_grid
   use base_kinds, only: i8, rp
+  use base_world, only: start_world, world_t
   use check, only: begin_tests, end_tests, expect, expect_close
-  use comm_world, only: start_world, world_t
   use grid_geometry, only: box_t, grid_t, halo, make_grid, make_patch, nearest_node, patch_t
   use grid_halo, only: halo_t
   use grid_partition, only: bisect, imbalance, owner_of

@@ -2,14 +2,14 @@
 !> Conduction: heat is conserved, decays at the exact rate, and what films lose is booked.
 program test_heat
   use base_kinds, only: pi, rp
+  use base_world, only: start_world
   use check, only: begin_tests, end_tests, expect, expect_close
-  use comm_world, only: start_world
   use heat_conduction, only: conduction_step
   use heat_samples, only: build, conduct_for, content, h, noise, world
   use particles_store, only: f_heat, f_pos, f_temp, tag_id
   use run_regrid, only: regrid
   use simulation_parts, only: free_simulation, simulation_t
-  use state_run, only: e_conduction, e_film
+  use simulation_run, only: e_conduction, e_film
   implicit none (type, external)
 
   call start_world(world)

@@ -3,22 +3,22 @@
 !> sources, with drawn dimensions against plain formulas.
 program test_heat_alone
   use base_kinds, only: pi, rp
-  use bodies_solids, only: solid_sphere, solid_t, solids_t
+  use base_world, only: start_world, world_t
   use check, only: begin_tests, end_tests, expect, expect_close
-  use comm_world, only: start_world, world_t
-  use groups_table, only: key_table
   use heat_alone_state, only: heat_run_t, place_probes, read_probes
-  use heat_solvers_curve, only: curve_t, make_property
-  use heat_solvers_cut_mesh, only: cut_cells_t, cut_mesh, n_halo_planes
-  use heat_solvers_integrator, only: integrator_t
-  use heat_solvers_linear, only: backward_euler, by_cg, euler, rkl2, tr_bdf2
-  use heat_solvers_mesh, only: heat_mesh_t
-  use heat_solvers_rates, only: heat_t
-  use heat_solvers_sources, only: heat_source_t, kind_disc, kind_stir
+  use heat_curve, only: curve_t, make_property
+  use heat_cut_mesh, only: cut_cells_t, cut_mesh, n_halo_planes
+  use heat_integrator, only: integrator_t
+  use heat_linear, only: backward_euler, by_cg, euler, rkl2, tr_bdf2
+  use heat_mesh, only: heat_mesh_t
+  use heat_rates, only: heat_t
+  use heat_sources, only: heat_source_t, kind_disc, kind_stir
   use input_reading, only: read_input_text
   use input_values, only: input_t
   use setup_cut_cells, only: cut_cells, mesh_of
   use setup_heat_sources, only: read_heat_sources
+  use setup_keys, only: key_table
+  use setup_solids, only: solid_sphere, solid_t, solids_t
   implicit none (type, external)
 
   character(*), parameter :: nl = new_line('a')

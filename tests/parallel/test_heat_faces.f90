@@ -2,15 +2,15 @@
 !> What faces of bodies lose by radiation and to tools, and what friction gives these.
 program test_heat_faces
   use base_kinds, only: rp
+  use base_world, only: start_world
   use check, only: begin_tests, end_tests, expect, expect_close
-  use comm_world, only: start_world
   use heat_conduction, only: conduction_step
   use heat_samples, only: build, conduct_for, content, h, spacing, world
   use particles_store, only: f_pos, f_temp, n_fields
+  use simulation_film, only: of_pressure, stefan_boltzmann
   use simulation_parts, only: free_simulation, simulation_t
-  use state_film, only: of_pressure, stefan_boltzmann
-  use state_run, only: e_film, e_tool
-  use tool_shapes_plane, only: plane_t
+  use simulation_run, only: e_film, e_tool
+  use tools_shape_plane, only: plane_t
   use tools_tool, only: tool_t
   implicit none (type, external)
 

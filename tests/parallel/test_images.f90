@@ -2,8 +2,8 @@
 !> Periodic axes: places are wrapped, and nodes are summed over their images.
 program test_images
   use base_kinds, only: i8, rp
+  use base_world, only: start_world, world_t
   use check, only: begin_tests, end_tests, expect, expect_close
-  use comm_world, only: start_world, world_t
   use grid_geometry, only: box_t, grid_t, halo, make_grid, make_patch, nearest_node, patch_t, wrap
   use grid_halo, only: halo_t
   use grid_partition, only: bisect

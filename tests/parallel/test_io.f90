@@ -6,8 +6,8 @@ program test_io
   use base_kinds, only: i8, nlane, rp, sp
   use base_system, only: make_directory
   use base_text, only: str
+  use base_world, only: start_world, world_t
   use check, only: begin_tests, end_tests, expect, expect_close
-  use comm_world, only: start_world, world_t
   use io_frames, only: frame_name, write_frame, write_series
   use io_h5_attributes, only: has_attribute, read_attribute, write_attribute
   use io_h5_data, only: extent, read_array, read_text, write_array, write_text

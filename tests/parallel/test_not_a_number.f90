@@ -5,8 +5,8 @@ program test_not_a_number
   use, intrinsic :: ieee_arithmetic, only: ieee_invalid, ieee_positive_inf, ieee_quiet_nan, &
                                            ieee_set_flag, ieee_set_halting_mode, ieee_value
   use base_kinds, only: rp
+  use base_world, only: start_world, world_t
   use check, only: begin_tests, end_tests, expect
-  use comm_world, only: start_world, world_t
   use output_diagnostics, only: describe_failure, field_name, is_finite
   use particles_store, only: asleep, set_rest
   use simulation_parts, only: free_simulation, simulation_t

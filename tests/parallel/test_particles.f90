@@ -5,8 +5,8 @@ program test_particles
                                            ieee_set_halting_mode, ieee_value
   use, intrinsic :: iso_c_binding, only: c_loc
   use base_kinds, only: i8, nlane, rp
+  use base_world, only: start_world, world_t
   use check, only: begin_tests, end_tests, expect, expect_equal
-  use comm_world, only: start_world, world_t
   use grid_geometry, only: box_t, grid_t, make_grid, make_patch, nearest_node, patch_t
   use grid_partition, only: bisect
   use particles_migrate, only: find_outside, redistribute, wrap_positions

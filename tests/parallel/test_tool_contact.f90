@@ -2,8 +2,8 @@
 !> Contact of a plate with a plane: the impulses of even loads and of friction.
 program test_tool_contact
   use base_kinds, only: rp
+  use base_world, only: start_world, world_t
   use check, only: begin_tests, end_tests, expect, expect_close
-  use comm_world, only: start_world, world_t
   use contact_tool_particles, only: velocity_at
   use node_samples, only: balance_of, balance_t, map_particles, set_velocity
   use particles_store, only: f_mass, f_pos

@@ -3,18 +3,18 @@
 !> symmetry planes.
 program test_tool_loads
   use base_kinds, only: rp
+  use base_world, only: start_world, world_t
   use check, only: begin_tests, end_tests, expect, expect_close
-  use comm_world, only: start_world, world_t
   use node_samples, only: all_of, balance_of, balance_t, gather_nodes, step_once
   use particles_store, only: f_heat, f_mass, f_vel
   use simulation_parts, only: free_simulation, simulation_t
-  use state_run, only: e_wall
+  use simulation_run, only: e_wall
   use step_drives, only: drive_tools, store_impulses
   use step_samples, only: add_clamp, add_plane_of_symmetry, fill, h, settle, shake
   use tool_samples, only: settle_plate, start_plate, touch, touch_dt
   use tools_motion, only: drive_t, phase_t
   use tools_tool, only: rigid_t, s_metal_slip, s_force, s_friction, s_normal_loss, &
-                          s_normal_impulse, s_tool_slip, s_to_plate, s_torque, s_work
+                        s_normal_impulse, s_tool_slip, s_to_plate, s_torque, s_work
   implicit none (type, external)
 
   real(rp), parameter :: dt = touch_dt, far = 1.0e9_rp

@@ -3,13 +3,13 @@
 !> impulses at edges and by the state of the material.
 program test_tool_particles
   use base_kinds, only: nlane, pi, rp
+  use base_world, only: start_world, world_t
   use check, only: begin_tests, end_tests, expect, expect_close
-  use comm_world, only: start_world, world_t
   use contact_tool_particles, only: update_surface_offset
   use node_samples, only: all_of, map_particles, set_velocity
   use particles_store, only: f_bbar, f_jac, f_pos, f_tau, f_temp
   use simulation_parts, only: free_simulation, simulation_t
-  use state_scene, only: scheme_musl, scheme_usl
+  use simulation_scene, only: scheme_musl, scheme_usl
   use step_constraints, only: apply_boundary
   use step_samples, only: add_tool, box_tool, fill, h, make_flow, noise, number_of, plane_tool, &
                           room_temperature, settle, shake, shoulder_tool, sphere_tool, start_scene

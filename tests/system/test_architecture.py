@@ -38,11 +38,11 @@ def add_files(tree, layer, number, lines=1):
 
 
 def long_file(tree):
-    add_files(tree, "fields", 1, 1 + architecture.MOST_LINES)
+    add_files(tree, "physics", 1, 1 + architecture.MOST_LINES)
 
 
 def use_upwards(tree):
-    edit(tree, "modules/mapping/probes.f90", "  use grid_geometry", "  use io_histories, only: row_t\n  use grid_geometry")
+    edit(tree, "modules/simulation/probes.f90", "  use grid_geometry", "  use io_histories, only: row_t\n  use grid_geometry")
 
 
 def cycle(tree):
@@ -50,7 +50,7 @@ def cycle(tree):
 
 
 def whole_simulation(tree):
-    edit(tree, "modules/mapping/probes.f90", "    type(probes_t), intent(inout) :: probes\n",
+    edit(tree, "modules/simulation/probes.f90", "    type(probes_t), intent(inout) :: probes\n",
          "    type(probes_t), intent(inout) :: probes\n    type(simulation_t), intent(inout) :: sim\n")
 
 
@@ -61,7 +61,7 @@ def many_arguments(tree):
 
 def deeper(tree):
     """One more procedure between the sweep over the blocks and the kernel."""
-    path = "modules/update/sweeps.f90"
+    path = "modules/mpm/sweeps.f90"
     edit(tree, path, "      call p2g_block(", "      call hand_on(")
     edit(tree, path, "  end subroutine add_records\n",
          "  end subroutine add_records\n\n  subroutine hand_on()\n    call p2g_block()\n  end subroutine hand_on\n")
@@ -85,7 +85,7 @@ def kernel_renamed(tree):
 
 
 def old_table(tree):
-    edit(tree, "docs/architecture.md", "| `front` | checks", "| `front` | setup, checks")
+    edit(tree, "docs/architecture.md", "| `front` | setup", "| `front` | run, setup")
 
 
 def unknown_procedure(tree):
@@ -103,7 +103,7 @@ def layer_without_content(tree):
 
 @pytest.mark.parametrize("spoil, wanted", [
     (long_file, f"lines, more than {architecture.MOST_LINES}"),
-    (use_upwards, "mapping has no USES io"),
+    (use_upwards, "simulation has no USES io"),
     (cycle, "a cycle of layers: grid, particles"),
     (whole_simulation, "takes the whole simulation"),
     (many_arguments, f"save_state has {1 + architecture.MOST_ARGUMENTS} arguments"),

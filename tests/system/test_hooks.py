@@ -26,7 +26,7 @@ module hooks_meter
   use input_values, only: input_t
   use particles_store, only: f_heat, f_mass, f_vel
   use simulation_parts, only: hook_t, simulation_t
-  use state_scene, only: scene_t
+  use simulation_scene, only: scene_t
   implicit none (type, external)
   private
   public :: meter_t
@@ -103,15 +103,15 @@ def recipes():
     they ask for, also for the other hook."""
     text = (driver.ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     drag, gauss = re.findall(r"^```fortran\n(.*?)^```", text, re.M | re.S)
-    hooks, volumes = ((driver.ROOT / f"modules/{name}.f90").read_text(encoding="utf-8") for name in ("hooks/list", "heat_solvers/volumes"))
+    hooks, volumes = ((driver.ROOT / f"modules/{name}.f90").read_text(encoding="utf-8") for name in ("hooks/list", "heat/volumes"))
     for name in ("drag", "meter"):
         hooks = hooks.replace("  use hooks_source,", f"  use hooks_{name}, only: {name}_t\n  use hooks_source,")
         hooks = hooks.replace("    call add('SOURCE'", f"    call add('{name.upper()}', {name}_t())\n    call add('SOURCE'")
-    volumes = volumes.replace("  use heat_solvers_volume,", "  use heat_solvers_gauss, only: gauss_t\n  use heat_solvers_volume,")
+    volumes = volumes.replace("  use heat_volume,", "  use heat_gauss, only: gauss_t\n  use heat_volume,")
     volumes = volumes.replace("volume_names(1) = [character(8) :: 'ball'", "volume_names(2) = [character(8) :: 'ball', 'gauss'")
     volumes = volumes.replace("    case default;", "    case ('gauss'); allocate (gauss_t :: volume)\n    case default;")
     source = (driver.ROOT / "modules/hooks/source.f90").read_text(encoding="utf-8")
-    return {("heat_solvers", "gauss"): gauss, ("heat_solvers", "volumes"): volumes, ("hooks", "source"): source, ("hooks", "drag"): drag,
+    return {("heat", "gauss"): gauss, ("heat", "volumes"): volumes, ("hooks", "source"): source, ("hooks", "drag"): drag,
             ("hooks", "meter"): METER, ("hooks", "list"): hooks}
 
 

@@ -5,12 +5,12 @@ program test_blocks
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   use base_kinds, only: nlane, rp
   use check, only: begin_tests, end_tests, expect_close
-  use fields_waves, only: waves_t
-  use mapping_blocks, only: advance_particles, body_work, force_records, kinetic_energy, max_half, &
-                            min_half, momentum_records, stretch_domains
+  use mpm_blocks, only: advance_particles, body_work, force_records, kinetic_energy, max_half, &
+                        min_half, momentum_records, stretch_domains
+  use mpm_prescribed, only: start_fields
   use particles_store, only: f_bbar, f_jac, f_pos, f_vel, n_fields, particles_t
-  use state_scene, only: scene_t
-  use update_prescribed, only: start_fields
+  use physics_field_waves, only: waves_t
+  use simulation_scene, only: scene_t
   implicit none (type, external)
 
   integer, parameter :: n = nlane - 1          !! the last lane is not in use

@@ -4,11 +4,11 @@
 program test_conditions
   use base_kinds, only: rp
   use check, only: begin_tests, end_tests, expect
-  use conditions_clamp, only: clamp_t
-  use conditions_list, only: append_clamp, clamp_groups, held_t, make_clamp
-  use groups_table, only: key_table
   use input_reading, only: read_input_text
   use input_values, only: input_t
+  use setup_keys, only: key_table
+  use simulation_clamp, only: clamp_t
+  use simulation_conditions, only: append_clamp, clamp_groups, held_t, make_clamp
   implicit none (type, external)
 
   call begin_tests()

@@ -3,13 +3,13 @@
 program test_contact
   use base_kinds, only: nlane, pi, rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use tool_shapes_box, only: box_shape_t
-  use tool_shapes_plane, only: plane_t
-  use tool_shapes_shoulder, only: new_shoulder
   use tools_law, only: friction_law_t, normal_velocity
   use tools_motion, only: phase_t
+  use tools_shape_box, only: box_shape_t
+  use tools_shape_plane, only: plane_t
+  use tools_shape_shoulder, only: new_shoulder
   use tools_tool, only: rigid_t, s_metal_slip, s_force, s_friction, s_normal_loss, &
-                          s_normal_impulse, s_tool_slip, s_torque, s_work, tool_t
+                        s_normal_impulse, s_tool_slip, s_torque, s_work, tool_t
   implicit none (type, external)
 
   !> Free points, and what contact gave them in the last step.

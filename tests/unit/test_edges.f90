@@ -4,11 +4,11 @@
 program test_edges
   use base_kinds, only: pi, rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use tool_shapes_cuts, only: cut_pin_shape_t, mesh_of
-  use tool_shapes_drawing, only: surface_of
-  use tool_shapes_mesh, only: surface_mesh_t
-  use tool_shapes_shape, only: no_edge
-  use tool_shapes_shoulder, only: new_shoulder, shoulder_t
+  use tools_mesh, only: surface_mesh_t
+  use tools_mesh_drawing, only: surface_of
+  use tools_shape, only: no_edge
+  use tools_shape_cuts, only: cut_pin_shape_t, mesh_of
+  use tools_shape_shoulder, only: new_shoulder, shoulder_t
   implicit none (type, external)
 
   real(rp), parameter :: off = 1.0e-5_rp       !! distance of places from the outline [m]

@@ -4,12 +4,12 @@
 program test_fields
   use base_kinds, only: nlane, pi, rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use fields_field, only: field_t
-  use fields_heat_mode, only: heat_mode_t
-  use fields_noise, only: noise_t
-  use fields_ring, only: ring_t
-  use fields_vortex, only: vortex_t
-  use fields_waves, only: waves_t
+  use physics_field, only: field_t
+  use physics_field_heat_mode, only: heat_mode_t
+  use physics_field_ring, only: ring_t
+  use physics_field_vortex, only: vortex_t
+  use physics_field_waves, only: waves_t
+  use physics_noise, only: noise_t
   implicit none (type, external)
 
   ! Weights of fourth-order central differences over four neighbours.

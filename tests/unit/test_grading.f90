@@ -5,10 +5,10 @@ program test_grading
   use check, only: begin_tests, end_tests, expect, expect_close
   use grid_geometry, only: box_t, grade, grid_t, make_grid, make_patch, nearest_node, patch_t
   use grid_grading, only: grading_t, make_grading
-  use mapping_blocks, only: weights_of
-  use mapping_nodes, only: nodes_t
+  use mpm_blocks, only: weights_of
   use particles_store, only: f_pos
-  use state_scene, only: scene_t
+  use simulation_nodes, only: nodes_t
+  use simulation_scene, only: scene_t
   implicit none (type, external)
 
   integer :: axis, i

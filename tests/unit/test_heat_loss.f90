@@ -4,9 +4,9 @@
 program test_heat_loss
   use base_kinds, only: pi, rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use heat_solvers_mesh, only: boundary_face_t
-  use heat_solvers_sources, only: wall_films_t
-  use state_film, only: film_t, of_pressure
+  use heat_mesh, only: boundary_face_t
+  use heat_sources, only: wall_films_t
+  use simulation_film, only: film_t, of_pressure
   use tools_heat_sink, only: heat_sink_t
   implicit none (type, external)
 

@@ -4,13 +4,13 @@ program test_input
   use base_kinds, only: rp
   use base_text, only: str
   use check, only: begin_tests, end_tests, expect, expect_close, expect_equal, this_rank
-  use groups_table, only: key_table
   use input_key_table, only: key_table_t
   use input_keys, only: default_item, print_keys, print_keys_markdown
   use input_reading, only: read_input, read_input_text
   use input_scan, only: read_file
   use input_values, only: input_t
   use input_wording, only: check_value
+  use setup_keys, only: key_table
   implicit none (type, external)
 
   character, parameter :: nl = new_line('a')

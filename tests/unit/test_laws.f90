@@ -4,11 +4,11 @@ program test_laws
   use base_kinds, only: nlane, rp
   use base_text, only: str
   use check, only: begin_tests, end_tests, expect, expect_close
-  use flow_laws_list, only: law_names, make_law
-  use groups_table, only: key_table
   use input_reading, only: read_input_text
   use input_values, only: input_t
   use physics_flow_law, only: flow_law_t, law_output_t, max_warnings, n_work
+  use physics_laws, only: law_names, make_law
+  use setup_keys, only: key_table
   implicit none (type, external)
 
   real(rp), parameter :: t_melt = 1356.0_rp, shear = 46.0e9_rp   !! [K], [Pa]

@@ -6,13 +6,13 @@ program test_library
   use base_system, only: data_file
   use base_text, only: str
   use check, only: begin_tests, end_tests, expect, expect_close
-  use groups_table, only: key_table
   use input_library, only: library_table
   use input_reading, only: read_input, read_input_text
   use input_syntax, only: split_words
   use input_values, only: input_t
   use physics_material, only: material_t
   use physics_point, only: point_t
+  use setup_keys, only: key_table
   use setup_materials, only: check_properties, read_materials
   implicit none (type, external)
 

@@ -3,7 +3,7 @@
 program test_return
   use base_kinds, only: nlane, rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use flow_laws_johnson_cook, only: johnson_cook_t
+  use physics_law_johnson_cook, only: johnson_cook_t
   use physics_return_map, only: default_min_rate, return_map
   implicit none (type, external)
 

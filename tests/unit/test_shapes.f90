@@ -5,13 +5,13 @@ program test_shapes
   use base_kinds, only: rp
   use base_text, only: str
   use check, only: begin_tests, end_tests, expect, expect_close
-  use groups_table, only: key_table
   use input_reading, only: read_input_text
   use input_values, only: input_t
-  use tool_shapes_box, only: box_shape_t
-  use tool_shapes_list, only: make_shape, read_shape, shape_names
-  use tool_shapes_shape, only: shape_t
-  use tool_shapes_shoulder, only: new_shoulder, shoulder_t
+  use setup_keys, only: key_table
+  use tools_shape, only: shape_t
+  use tools_shape_box, only: box_shape_t
+  use tools_shape_shoulder, only: new_shoulder, shoulder_t
+  use tools_shapes, only: make_shape, read_shape, shape_names
   implicit none (type, external)
 
   !> What a revolved tool is made of [m]; see `new_shoulder`.

@@ -7,14 +7,14 @@ program test_shear_layer
   use check, only: begin_tests, end_tests, expect, expect_close
   use contact_tool_limits, only: find_shear_layer, no_limit, shear_layer_t, reduce_layer_rate
   use contact_tool_loads, only: give_heat
-  use flow_laws_johnson_cook, only: johnson_cook_t
   use linear_law, only: linear_t
   use particles_store, only: f_heat, f_pos, f_temp, n_fields, particles_t
   use physics_flow_law, only: flow_law_t, n_work
+  use physics_law_johnson_cook, only: johnson_cook_t
   use physics_material, only: material_t
+  use simulation_scene, only: scene_t
   use simulation_tool_lists, only: contact_particle_t, n_values, tool_contact_t, v_coulomb, &
                                    v_max_friction, v_stick
-  use state_scene, only: scene_t
   use tools_tool, only: n_tool_sums, rigid_t, s_area, s_excess_speed, s_face_temperature, &
                         s_layer_slip, s_layer_strength, s_layer_thickness, s_layer_work, &
                         s_surface_slip, s_surface_speed, s_to_plate, tool_t

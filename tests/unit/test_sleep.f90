@@ -6,14 +6,14 @@ program test_sleep
   use check, only: begin_tests, end_tests, expect, expect_close
   use grid_geometry, only: box_t, grade, make_grid, section_across
   use grid_grading, only: grading_t, make_grading
-  use mapping_nodes, only: nodes_t
   use physics_material, only: material_t
+  use simulation_nodes, only: nodes_t
+  use simulation_run, only: budget_t, clock_t, e_sleep, m_impulse, m_mass, m_momentum, sleepers_t
+  use simulation_scene, only: scene_t
   use sleep_held_layer, only: hold_layer, record_sleeper_impulse
   use sleep_motion, only: cube_middle, cube_size, start_tracking, track_motion
   use sleep_stress, only: c_wake_requests, c_mass, c_stress, find_active_cubes, n_cube_sums, &
-    n_particle_sums
-  use state_run, only: budget_t, clock_t, e_sleep, m_impulse, m_mass, m_momentum, sleepers_t
-  use state_scene, only: scene_t
+                          n_particle_sums
   implicit none (type, external)
 
   integer, parameter :: n(3) = 3

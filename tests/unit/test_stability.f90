@@ -4,7 +4,7 @@
 program test_stability
   use base_kinds, only: nlane, rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use mapping_stability, only: domain_factor
+  use mpm_stability, only: domain_factor
   use transfer_weights, only: own_weights
   implicit none (type, external)
 

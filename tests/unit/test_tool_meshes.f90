@@ -7,13 +7,13 @@ program test_tool_meshes
   use base_kinds, only: pi, rp
   use check, only: begin_tests, end_tests, expect, expect_close
   use input_diagnostics, only: diagnostics_t
-  use tool_shapes_cuts, only: cut_pin_shape_t, mesh_of
-  use tool_shapes_drawing, only: surface_of
-  use tool_shapes_facets, only: cross, facets_t
-  use tool_shapes_mesh, only: surface_mesh_t, new_mesh
-  use tool_shapes_shape, only: shape_t
-  use tool_shapes_shoulder, only: new_shoulder
-  use tool_shapes_stl_file, only: read_stl
+  use tools_mesh, only: surface_mesh_t, new_mesh
+  use tools_mesh_drawing, only: surface_of
+  use tools_mesh_facets, only: cross, facets_t
+  use tools_mesh_stl_file, only: read_stl
+  use tools_shape, only: shape_t
+  use tools_shape_cuts, only: cut_pin_shape_t, mesh_of
+  use tools_shape_shoulder, only: new_shoulder
   implicit none (type, external)
 
   character(6), parameter :: profiles(3) = [character(6) :: 'square', 'v', 'round']

@@ -5,9 +5,9 @@
 program test_two_phase
   use base_kinds, only: nlane, rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use flow_laws_annealing, only: arrhenius_t
-  use flow_laws_two_phase, only: n_two_phase, n_two_phase_annealing, two_phase_t
+  use physics_annealing, only: arrhenius_t
   use physics_flow_law, only: max_warnings, n_work
+  use physics_law_two_phase, only: n_two_phase, n_two_phase_annealing, two_phase_t
   use physics_return_map, only: default_min_rate, return_map
   implicit none (type, external)
 

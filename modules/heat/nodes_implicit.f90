@@ -1,0 +1,220 @@
+! SPDX-License-Identifier: MIT
+!> Backward Euler for conduction between particles and nodes: nodal temperatures at the end of a
+!> step by matrix-free conjugate gradients, built-in or of PETSc.
+module heat_nodes_implicit
+  use base_kinds, only: rp
+  use boundary_symmetry, only: r_temperature, r_warming, restore
+  use heat_gaps, only: gaps_t
+  use heat_linear, only: by_petsc, max_iterations
+  use heat_nodes, only: gather_flux, stable_conduction, sum_all_nodes
+  use heat_petsc, only: operator_t, solve_by_petsc
+  use heat_sinks, only: sinks_t
+  use simulation_parts, only: simulation_t
+  use simulation_run, only: e_film
+  use transfer_conduction, only: min_capacity
+  implicit none (type, external)
+  private
+
+  public :: solve_implicit
+
+  !> Linear operator C x - (F(x) - F(0)) on the free nodes, with nodal capacities C and the heat F
+  !> of `gather_flux`.
+  type, extends(operator_t) :: nodal_system_t
+    type(simulation_t), pointer :: sim => null()
+    type(sinks_t), pointer :: sinks => null()
+    type(gaps_t), pointer :: gaps => null()
+    logical :: is_unsolved = .false.
+    real(rp) :: dt = 0.0_rp                     !! conduction step [s]
+    integer :: n = 1                            !! heat groups, each with all nodes
+    real(rp), allocatable :: at_zero(:, :)      !! F(0) [J]
+    logical, allocatable :: is_free(:, :)       !! nodes with an unknown temperature
+    logical, allocatable :: is_own(:, :)        !! free nodes owned by this rank
+    real(rp) :: min_residual = 0.0_rp           !! residual norm (weight 1/C) at rounding level
+  contains
+    procedure :: multiply => multiply_rows
+    procedure, private :: apply
+  end type nodal_system_t
+
+contains
+
+  !> Collective. Set lane 4 to the temperatures at the end of a backward Euler step, whose
+  !> increments x solve C x - (F(x) - F(0)) = F(T) + pending heat. The nodes then receive the fluxes
+  !> at these temperatures, so that heat is conserved whatever the tolerance. The next step is
+  !> chosen from the error dt^2/2 d2T/dt2, filtered by a second solve, and from the temperature rise
+  !> by pending heat of friction and plastic work, as the flow stress follows only after a
+  !> conduction step. A failed solve sets `step%is_unsolved` on all ranks.
+  subroutine solve_implicit(sim, sinks, gaps, dt)
+    type(simulation_t), intent(inout), target :: sim
+    type(sinks_t), intent(inout), target :: sinks
+    type(gaps_t), intent(in), target :: gaps
+    real(rp), intent(in) :: dt                  !! conduction step [s]
+    real(rp), parameter :: fine = 1.0e-8_rp, rough = 0.1_rp   ! relative residuals of the two solves
+    real(rp), dimension(sim%nodes%patch%nn, sim%scene%n_heat_groups) :: before, b, error, x
+    real(rp) :: film
+    real(rp) :: worst(2)                        ! largest error and temperature rise [K]
+    type(nodal_system_t) :: system
+    integer :: k, n
+
+    film = sim%budget%sums(e_film)   ! restored below: fluxes here are trial values
+    n = sim%scene%n_heat_groups
+    before = sim%nodes%g(4, :, :n)
+    call gather_flux(sim, sinks, gaps, dt)
+    b = sim%nodes%g2(5, :, :n) + sim%nodes%g(3, :, :n)
+    call init_system(sim, system, sinks, gaps, dt)
+    where (.not. system%is_free) b = 0.0_rp
+    call solve(system, fine, b, x)
+    associate (method => sim%scene%method)
+      if (method%heat_every == 0 .and. method%heat_step <= 0.0_rp) then
+        b = merge(0.5_rp*(sim%nodes%g(1, :, :n)*x - b), 0.0_rp, system%is_free)
+        call solve(system, rough, b, error)
+        worst(1) = maxval(abs(error), mask=system%is_own)
+        worst(2) = maxval(abs(sim%nodes%g(3, :, :n))/max(sim%nodes%g(1, :, :n), min_capacity), &
+                          mask=system%is_own)
+        worst = max(worst, tiny(1.0_rp))
+        call sim%world%max(worst)
+        sim%clock%heat_step = max(stable_conduction(sim%scene), &
+                                  dt &
+                                  *max(0.2_rp, &
+                                       min(1.5_rp, 0.8_rp*sqrt(method%heat_tolerance/worst(1)), &
+                                           method%heat_tolerance/worst(2))))
+      end if
+    end associate
+    sim%nodes%g(4, :, :n) = before + x
+    if (system%is_unsolved) sim%step%is_unsolved = .true.
+    do k = 1, n
+      call restore(sim, r_temperature, sim%nodes%g(:, :, k))
+    end do
+    sim%budget%sums(e_film) = film
+  end subroutine solve_implicit
+
+  !> Set up the system of a step. Free nodes are those in use with a capacity, not behind a wall.
+  subroutine init_system(sim, system, sinks, gaps, dt)
+    type(nodal_system_t), intent(out) :: system
+    type(simulation_t), intent(inout), target :: sim
+    type(sinks_t), intent(inout), target :: sinks
+    type(gaps_t), intent(in), target :: gaps
+    real(rp), intent(in) :: dt                  !! [s]
+    real(rp), parameter :: min_change = 1.0e-9_rp     ! rms temperature change at rounding level [K]
+    real(rp) :: all(1)
+    integer :: r
+
+    system%sim => sim
+    system%sinks => sinks
+    system%gaps => gaps
+    system%dt = dt
+    system%n = sim%scene%n_heat_groups
+    allocate (system%is_free(sim%nodes%patch%nn, system%n), system%is_own(sim%nodes%patch%nn, &
+      system%n), source=.false.)
+    do r = 1, sim%nodes%n_ranges
+      associate (first => sim%nodes%range(1, r), last => sim%nodes%range(2, r))
+        system%is_free(first:last, :) = sim%nodes%g(1, first:last, :system%n) > min_capacity
+        system%is_own(first:last, :) = sim%nodes%range(3, r) == 1
+      end associate
+    end do
+    system%is_free(sim%boundary%mirrors%pair(1, :sim%boundary%mirrors%n_pairs), :) = .false.
+    system%is_own = system%is_own .and. system%is_free
+    sim%nodes%g(4, :, :system%n) = 0.0_rp
+    call gather_flux(sim, sinks, gaps, dt)
+    system%at_zero = sim%nodes%g2(5, :, :system%n)
+    all = sum(sim%nodes%g(1, :, :system%n), mask=system%is_own)
+    call sim%world%sum(all)
+    system%min_residual = min_change*sqrt(all(1))
+  end subroutine init_system
+
+  !> Collective. Solve for x on the free nodes, equal on all ranks that store a node, until the
+  !> residual norm with weight 1/C falls to `relative` times that of b, or to rounding level.
+  subroutine solve(system, relative, b, x)
+    type(nodal_system_t), intent(inout) :: system
+    real(rp), intent(in) :: relative            !! tolerance of the residual
+    real(rp), intent(in) :: b(:, :)             !! right-hand side [J]
+    real(rp), intent(out) :: x(:, :)            !! [K]
+    real(rp), allocatable :: rows(:)
+    integer :: iterations
+
+    if (system%sim%scene%method%heat_solver /= by_petsc) then
+      call conjugate_gradients(system, relative, b, x)
+      return
+    end if
+    allocate (rows(count(system%is_own)))
+    call solve_by_petsc(system%sim%world, system, pack(system%sim%nodes%g(1, :, :system%n), &
+                                                            system%is_own), &
+                        pack(b, system%is_own), relative, system%min_residual, rows, iterations)
+    call scatter_rows(system, rows, x)
+  end subroutine solve
+
+  !> Conjugate gradients with diagonal preconditioning.
+  subroutine conjugate_gradients(system, relative, b, x)
+    type(nodal_system_t), intent(inout) :: system
+    real(rp), intent(in) :: relative, b(:, :)
+    real(rp), intent(out) :: x(:, :)
+    real(rp), dimension(size(b, 1), size(b, 2)) :: p, q, r
+    real(rp) :: rho(1), first, last, curvature(1)
+    integer :: i
+
+    x = 0.0_rp
+    p = 0.0_rp
+    r = b
+    first = -1.0_rp
+    last = 1.0_rp
+    do i = 1, max_iterations
+      q = 0.0_rp
+      where (system%is_free) q = r/system%sim%nodes%g(1, :, :system%n)
+      rho = sum(r*q, mask=system%is_own)
+      call system%sim%world%sum(rho)
+      if (first < 0.0_rp) first = rho(1)
+      if (rho(1) <= max(relative**2*first, system%min_residual**2)) return
+      p = q + (rho(1)/last)*p
+      last = rho(1)
+      call system%apply(p, q)
+      curvature = sum(p*q, mask=system%is_own)
+      call system%sim%world%sum(curvature)
+      if (.not. curvature(1) > 0.0_rp) exit
+      x = x + (rho(1)/curvature(1))*p
+      r = r - (rho(1)/curvature(1))*q
+    end do
+    if (rho(1) > 0.0_rp) system%is_unsolved = .true.   ! non-finite states are diagnosed elsewhere
+  end subroutine conjugate_gradients
+
+  !> Collective. Product q = A p on all nodes; p must be equal on all ranks that store a node.
+  subroutine apply(self, p, q)
+    class(nodal_system_t), intent(inout) :: self
+    real(rp), intent(in) :: p(:, :)             !! [K]
+    real(rp), intent(out) :: q(:, :)            !! [J]
+    integer :: k
+
+    associate (g => self%sim%nodes%g, n => self%n)
+      g(4, :, :n) = p
+      do k = 1, n
+        call restore(self%sim, r_warming, g(:, :, k))
+      end do
+      call gather_flux(self%sim, self%sinks, self%gaps, self%dt)
+      q = merge(g(1, :, :n)*p - (self%sim%nodes%g2(5, :, :n) - self%at_zero), 0.0_rp, self%is_free)
+    end associate
+  end subroutine apply
+
+  !> Collective. Product on the rows of this rank.
+  subroutine multiply_rows(self, x, y)
+    class(nodal_system_t), intent(inout) :: self
+    real(rp), intent(in) :: x(:)
+    real(rp), intent(out) :: y(:)
+    real(rp), dimension(size(self%is_own, 1), size(self%is_own, 2)) :: p, q
+
+    call scatter_rows(self, x, p)
+    call self%apply(p, q)
+    y = pack(q, self%is_own)
+  end subroutine multiply_rows
+
+  !> Collective. Scatter row values of all ranks to all nodes stored here.
+  subroutine scatter_rows(system, rows, all)
+    class(nodal_system_t), intent(inout) :: system
+    real(rp), intent(in) :: rows(:)
+    real(rp), intent(out) :: all(:, :)
+    integer :: k
+
+    all = unpack(rows, system%is_own, 0.0_rp)
+    do k = 1, system%n
+      call sum_all_nodes(system%sim, 1, all(:, k))
+    end do
+  end subroutine scatter_rows
+
+end module heat_nodes_implicit

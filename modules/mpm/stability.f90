@@ -1,0 +1,117 @@
+! SPDX-License-Identifier: MIT
+!> Largest stable mechanical step of each method.
+!>
+!> In units of h/c (c: pressure waves) the limit of a free elastic block in three dimensions with
+!> two particles per cell and direction, at the worst offset from the grid, was found by runs of
+!> 3,000 steps (Poisson's ratio 0.33, docs/accuracy.md): FLIP with uGIMP 0.473, with quadratic
+!> B-splines 0.632. The limits in closed form are those of a frozen lattice,
+!> W = (omega dt)^2 <= 4/(2 - lambda) for FLIP and 2 (1 + lambda_k) lambda/lambda_k for FMPM(k),
+!> lambda_k = 1 - (1 - lambda)^k, with lambda the eigenvalue of S+ S; free surfaces lower them.
+module mpm_stability
+  use base_kinds, only: rp
+  use simulation_run, only: clock_t
+  use simulation_scene, only: method_t, scene_t, scheme_usl, transfer_apic, transfer_fmpm, &
+                              transfer_xpic
+  implicit none (type, external)
+  private
+
+  public :: default_cfl, domain_factor, stable_step, wave_speed
+
+  real(rp), parameter :: margin = 0.9_rp             !! safety factor for nodes lighter than those
+                                                     !! measured
+  real(rp), parameter :: margin_selective = 0.95_rp  !! safety factor with a lower bound of the
+                                                     !! nodal inertia
+  real(rp), parameter :: limit_ugimp = 0.473_rp, limit_bspline = 0.632_rp
+  !> Limit of B-splines with selective mass scaling (simulation_nodes). With uGIMP and 0.62 a
+  !> stirred plate gained energy.
+  real(rp), parameter :: limit_selective = 0.842_rp
+  real(rp), parameter :: apic_gain = 1.12_rp       !! from a limit of 0.531 measured with uGIMP
+  !> Half length of a domain [cells] below which the limit of uGIMP falls with its root: a node that
+  !> a face of a lattice enters has the squared frequency c^2/(l h^2). Blocks with 4, 5, 6 and 8
+  !> particles along an axis of a cell are stable at 0.473, 0.438, 0.374 and 0.346, and not at steps
+  !> longer by 8 %.
+  real(rp), parameter :: short_domain = 0.125_rp
+  !> Exponent of the filter order: from limits of 0.376 and 0.531 at order 2, 0.282 and 0.398 at
+  !> order 4.
+  real(rp), parameter :: filter_power = -0.37_rp
+  !> Factor for one particle per cell, which leaves modes free that more particles would constrain:
+  !> with B-splines the limit is 0.570 instead of 0.665 at Poisson's ratio 0.33, and 0.616 instead
+  !> of 0.701 at 0.1. uGIMP functions of such a particle are B-splines, whose limit is above that of
+  !> uGIMP with two.
+  real(rp), parameter :: sparse_factor = 0.857_rp
+  !> Poisson's ratio above which volumetric modes limit the step. Their stiffness is 3 K instead of
+  !> the modulus of pressure waves K + 4 G/3: (K + 4 G/3)/K = 3 (1 - nu)/(1 + nu), in terms of
+  !> squares. uGIMP loses twice as much: at 0.45 with four particles along each axis blocks are
+  !> stable at 0.340 and unstable at 0.378.
+  real(rp), parameter :: volumetric_from = 0.35_rp
+  !> Factor for body contact with MUSL or USAVG: contact adds energy in proportion to the step,
+  !> which only USL dissipates.
+  real(rp), parameter :: contact_factor = 0.5_rp
+
+  !> Largest h^2 sum of slope^2/weight of a particle on an axis, at a half length of 1/4 [cells].
+  real(rp), parameter :: quarter_ratio = 28.0_rp/3.0_rp
+
+contains
+
+  !> Factors on the squared wave speeds of particles whose domains have the half lengths `half`
+  !> [cells], at least 1 (docs/method.md, time step).
+  pure function domain_factor(h, half) result(factor)
+    real(rp), intent(in) :: h(3)          !! edges of a cell [m]
+    real(rp), intent(in) :: half(:, :)    !! (particles, 3) along x, y and z
+    real(rp) :: factor(size(half, 1)), ratio(size(half, 1), 3)
+    integer :: a
+
+    do a = 1, 3
+      ratio(:, a) = (minval(h)/h(a))**2*(2.0_rp/half(:, a) + 1.0_rp/(1.0_rp - half(:, a)))
+    end do
+    factor = max(1.0_rp, (sum(ratio, 2) + maxval(ratio, 2))/(4.0_rp*quarter_ratio))
+  end function domain_factor
+
+  !> Default CFL number: time step over the time in which a wave crosses a cell, for this method,
+  !> particle lattice and elasticity.
+  pure real(rp) function default_cfl(method, has_contact, is_sparse, shortest, poisson)
+    type(method_t), intent(in) :: method
+    logical, intent(in) :: has_contact             !! contact between bodies
+    logical, intent(in) :: is_sparse               !! one particle per cell
+    real(rp), intent(in) :: shortest               !! half length of a domain of constant size
+                                                   !! [cells with the shortest edge]
+    real(rp), intent(in) :: poisson                !! largest Poisson's ratio of the scene
+
+    default_cfl = limit_ugimp*sqrt(min(1.0_rp, shortest/short_domain))
+    if (method%is_bspline) default_cfl = limit_bspline
+    if (method%scales_light_nodes) default_cfl = limit_selective
+    if (is_sparse .and. method%is_bspline) default_cfl = sparse_factor*default_cfl
+    default_cfl = default_cfl*min(1.0_rp, (1.0_rp - poisson)/(1.0_rp + poisson) &
+                                          *(1.0_rp + volumetric_from)/(1.0_rp - volumetric_from)) &
+                              **merge(0.5_rp, 1.0_rp, method%is_bspline)
+    select case (method%transfer)
+    case (transfer_apic)
+      default_cfl = apic_gain*default_cfl
+    case (transfer_fmpm, transfer_xpic)
+      default_cfl = default_cfl*real(max(1, method%order), rp)**filter_power
+    case default                               ! FLIP: the limit of the shape functions
+    end select
+    default_cfl = merge(margin_selective, margin, method%scales_light_nodes)*default_cfl
+    if (has_contact .and. method%scheme /= scheme_usl) default_cfl = contact_factor*default_cfl
+  end function default_cfl
+
+  !> Stable mechanical step [s]: CFL h over the sum of scaled wave speed and particle speed.
+  pure real(rp) function stable_step(scene, clock)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+
+    associate (method => scene%method)
+      stable_step = method%fixed_dt
+      if (stable_step > 0.0_rp) return
+      stable_step = method%cfl*minval(scene%grid%h)/(wave_speed(clock) + clock%max_speed)
+    end associate
+  end function stable_step
+
+  !> Largest pressure-wave speed, with scaled inertia [m/s].
+  pure real(rp) function wave_speed(clock)
+    type(clock_t), intent(in) :: clock
+
+    wave_speed = sqrt(clock%stiffness/clock%mass_scaling)
+  end function wave_speed
+
+end module mpm_stability

@@ -1,0 +1,274 @@
+! SPDX-License-Identifier: MIT
+!> Sweeps over all blocks of particles in a time step. Each sweep passes one block at a time, as an
+!> explicit-shape array, to a procedure of its own.
+module mpm_sweeps
+  use base_kinds, only: nlane, rp
+  use mpm_blocks, only: advance_particles, affine_to_grid, force_records, gather_gradient, &
+                        gather_velocity, momentum_records, move_rigid, stretch_domains, weights_of
+  use mpm_constitutive, only: constitutive, external_acceleration, external_work, average_volume
+  use mpm_fbar, only: add_volume
+  use mpm_prescribed, only: add_prescribed_force, prescribed_work
+  use mpm_tractions, only: record_traction_work
+  use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel, n_to_grid
+  use simulation_parts, only: simulation_t
+  use simulation_run, only: outcome_t
+  use simulation_scene, only: scheme_usavg, scheme_usl
+  use transfer_scatter, only: p2g_block
+  implicit none (type, external)
+  private
+
+  public :: momentum_to_grid, grid_to_particles
+  public :: blocks_to_particles, force_to_grid, update_stress, accelerate, blocks_to_grid
+
+contains
+
+  !> Map mass, momentum, force and temperature of the awake blocks `first` to `last` of
+  !> `particles%turn` to the grid.
+  subroutine blocks_to_grid(sim, first, last, g)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: first, last
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    integer :: b, n_fields_read, i
+
+    n_fields_read = n_to_grid
+    if (max(sim%scene%layout%half, sim%scene%layout%affine) > 0) n_fields_read = sim%particles%nf
+    do i = first, last
+      b = sim%particles%turn(i)
+      call sim%particles%fetch(b + 1, n_fields_read)   ! usually the next block
+      call force_to_grid(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
+                         sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, group_of(sim, b)))
+    end do
+  end subroutine blocks_to_grid
+
+  !> Map one block of particles.
+  subroutine force_to_grid(sim, body, n, nf, ps, rec, g)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: body, n, nf
+    real(rp), intent(in) :: ps(nlane, nf)
+    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, sim%nodes%patch%nn)
+    integer :: first(nlane)
+    real(rp) :: w(nlane, 18)
+
+    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
+    call force_records(sim%clock%mass_scaling, &
+                       1.0_rp/sim%scene%material(sim%scene%body(body)%material)%rho, &
+                       external_acceleration(sim, body), ps(1, f_mass), ps(1, f_vel), &
+                       ps(1, f_tau), ps(1, f_temp), rec)
+    if (sim%scene%body(body)%is_forced()) call add_prescribed_force(sim, body, nf, ps, rec)
+    call map_volume(sim, body, n, w, first, nf, ps)
+    call add_records(sim, n, nf, ps, w, first, rec, g)
+  end subroutine force_to_grid
+
+  !> Map mass, momentum and temperature to the grid.
+  subroutine momentum_to_grid(sim, g)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    integer :: b
+
+    do b = 1, sim%particles%nblk
+      call map_momentum(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
+                        sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, group_of(sim, b)))
+    end do
+  end subroutine momentum_to_grid
+
+  subroutine map_momentum(sim, body, n, nf, ps, rec, g)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: body, n, nf
+    real(rp), intent(in) :: ps(nlane, nf)
+    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, sim%nodes%patch%nn)
+    integer :: first(nlane)
+    real(rp) :: w(nlane, 18)
+
+    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
+    call momentum_records(sim%clock%mass_scaling, ps(1, f_mass), ps(1, f_vel), ps(1, f_temp), rec)
+    call map_volume(sim, body, n, w, first, nf, ps)
+    call add_records(sim, n, nf, ps, w, first, rec, g)
+  end subroutine map_momentum
+
+  !> Add the sums for F-bar averaging.
+  subroutine map_volume(sim, body, n, w, first, nf, ps)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: body, n, first(nlane), nf
+    real(rp), intent(in) :: w(nlane, 18), ps(nlane, nf)
+
+    if (.not. sim%scene%method%fbar) return
+    call add_volume(sim%scene%body(body)%averaging, &
+                    sim%scene%material(sim%scene%body(body)%material)%k, sim%clock%dt, body, n, w, &
+                    first, sim%nodes%patch%stride, nf, ps, size(sim%nodes%volume, 1), &
+                    sim%nodes%patch%nn, sim%nodes%volume)
+  end subroutine map_volume
+
+  !> Add the records of a block to the nodes, with the velocity gradients of APIC particles.
+  subroutine add_records(sim, n, nf, ps, w, first, rec, g)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: n, nf, first(nlane)
+    real(rp), intent(in) :: ps(nlane, nf), w(nlane, 18)
+    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, sim%nodes%patch%nn)
+
+    if (sim%scene%layout%affine > 0) then
+      call affine_to_grid(sim%nodes, n, ps(1, f_pos), ps(1, sim%scene%layout%affine), w, first, &
+                          rec, g)
+    else
+      call p2g_block(n, w, first, rec, sim%nodes%patch%stride, sim%nodes%patch%nn, g)
+    end if
+  end subroutine add_records
+
+  !> Update the particles from the grid: move them with `g_motion`, then update the stress over
+  !> `dt_stress` with the gradient of `g_strain` (the same grid in USL).
+  subroutine grid_to_particles(sim, dt, g_motion, g_strain, dt_stress, outcome)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt, dt_stress
+    real(rp), intent(in), dimension(8, sim%nodes%patch%nn, sim%nodes%n_groups) :: g_motion, g_strain
+    type(outcome_t), intent(inout) :: outcome
+
+    if (sim%scene%has_tractions()) then
+      call record_traction_work(sim, dt, g_motion)
+    end if
+    call blocks_to_particles(sim, sim%exchange%speculative%n_done + 1, sim%particles%n_awake, dt, &
+                             g_motion, g_strain, dt_stress, outcome)
+  end subroutine grid_to_particles
+
+  !> Update the blocks `first` to `last` of `particles%order`.
+  subroutine blocks_to_particles(sim, first, last, dt, g_motion, g_strain, dt_stress, outcome)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: first, last
+    real(rp), intent(in) :: dt, dt_stress
+    real(rp), intent(in), dimension(8, sim%nodes%patch%nn, sim%nodes%n_groups) :: g_motion, g_strain
+    type(outcome_t), intent(inout) :: outcome
+    integer :: b, i, k
+
+    do i = first, last
+      b = sim%particles%order(i)
+      call sim%particles%fetch(sim%particles%order(min(i + 1, sim%particles%n_awake)), &
+                               sim%particles%nf)
+      k = group_of(sim, b)
+      call advance_block(sim, b, sim%particles%count(b), dt, g_motion(:, :, k), g_strain(:, :, k), &
+                         dt_stress, sim%particles%ps(:, :, b), outcome)
+    end do
+  end subroutine blocks_to_particles
+
+  subroutine advance_block(sim, b, n, dt, g_motion, g_strain, dt_stress, ps, outcome)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: b, n
+    real(rp), intent(in) :: dt, dt_stress
+    real(rp), intent(in) :: g_motion(8, sim%nodes%patch%nn), g_strain(8, sim%nodes%patch%nn)
+    real(rp), intent(inout) :: ps(nlane, sim%particles%nf)
+    type(outcome_t), intent(inout) :: outcome
+    integer :: first(nlane)
+    real(rp), dimension(nlane, 3) :: v, dv, v2, dv2
+    real(rp) :: w(nlane, 18), l(nlane, 9)
+
+    associate (body => sim%particles%body(b), nf => sim%particles%nf, rec => sim%nodes%rec)
+      if (sim%scene%body(body)%is_rigid()) then
+        call move_rigid(sim%tool, sim%scene%body(body)%tool, n, ps(1, f_pos), ps(1, f_vel), &
+                        outcome%speed2)
+        return
+      end if
+      call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
+      call gather_velocity(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, g_motion, rec, &
+                           v, dv, l)
+      if (sim%scene%method%scheme /= scheme_usl) then   ! velocities are new already: only move
+        v2 = v
+        if (sim%scene%method%scheme == scheme_usavg) v2 = v - 0.5_rp*dv
+        dv2 = 0.0_rp
+        call advance_particles(n, dt, 0.0_rp, v2, dv2, ps(1, f_pos), ps(1, f_vel), outcome%speed2)
+        call gather_velocity(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, g_strain, &
+                             rec, v2, dv2, l)
+      else
+        call store_affine(sim, n, nf, ps, w, first, g_motion, rec)
+        call advance_particles(n, dt, sim%step%pic, v, dv, ps(1, f_pos), ps(1, f_vel), &
+                               outcome%speed2)
+      end if
+      if (sim%scene%layout%half > 0) call stretch_domains(dt_stress, l, &
+                                                          ps(1, sim%scene%layout%half))
+      call average_volume(sim, body, n, w, first, nf, ps)
+      call external_work(sim, body, n, dt, v, dv, ps(1, f_mass))
+      if (sim%scene%body(body)%is_forced()) then
+        call prescribed_work(sim, body, n, dt, v, dv, nf, ps)
+      end if
+      call constitutive(sim, body, n, dt_stress, l, nf, ps, outcome)
+    end associate
+  end subroutine advance_block
+
+  !> Store the velocity gradient that APIC particles carry to the next step.
+  subroutine store_affine(sim, n, nf, ps, w, first, g, rec)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: n, nf, first(nlane)
+    real(rp), intent(in) :: w(nlane, 18), g(8, sim%nodes%patch%nn)
+    real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
+
+    if (sim%scene%layout%affine == 0) return
+    call gather_gradient(sim%nodes, n, ps(1, f_pos), w, first, g, rec, &
+                         ps(1, sim%scene%layout%affine))
+  end subroutine store_affine
+
+  !> Update the stress over `dt` with the velocity field `g`, at unchanged positions.
+  subroutine update_stress(sim, dt, g, outcome)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    type(outcome_t), intent(inout) :: outcome
+    integer :: b
+
+    do b = 1, sim%particles%nblk
+      call strain_block(sim, sim%particles%body(b), sim%particles%count(b), dt, &
+                        g(:, :, group_of(sim, b)), sim%particles%nf, sim%particles%ps(:, :, b), &
+                        sim%nodes%rec, outcome)
+    end do
+  end subroutine update_stress
+
+  subroutine strain_block(sim, body, n, dt, g, nf, ps, rec, outcome)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: body, n, nf
+    real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
+    real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
+    type(outcome_t), intent(inout) :: outcome
+    integer :: first(nlane)
+    real(rp) :: w(nlane, 18), v(nlane, 3), dv(nlane, 3), l(nlane, 9)
+
+    if (sim%scene%body(body)%is_rigid()) return
+    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
+    call gather_velocity(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, g, rec, v, dv, l)
+    if (sim%scene%layout%half > 0) call stretch_domains(dt, l, ps(1, sim%scene%layout%half))
+    call average_volume(sim, body, n, w, first, nf, ps)
+    call constitutive(sim, body, n, dt, l, nf, ps, outcome)
+  end subroutine strain_block
+
+  !> MUSL, USAVG: update the particle velocities from `g_motion` at unchanged positions.
+  subroutine accelerate(sim, g_motion)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: g_motion(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    integer :: b
+
+    do b = 1, sim%particles%nblk
+      call accelerate_block(sim, sim%particles%body(b), sim%particles%count(b), &
+                            g_motion(:, :, group_of(sim, b)), sim%particles%nf, &
+                            sim%particles%ps(:, :, b), sim%nodes%rec)
+    end do
+  end subroutine accelerate
+
+  subroutine accelerate_block(sim, body, n, g_motion, nf, ps, rec)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: body, n, nf
+    real(rp), intent(in) :: g_motion(8, sim%nodes%patch%nn)
+    real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
+    integer :: first(nlane)
+    real(rp) :: w(nlane, 18), v(nlane, 3), dv(nlane, 3), l(nlane, 9), max_speed2
+
+    if (sim%scene%body(body)%is_rigid()) return
+    max_speed2 = 0.0_rp
+    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
+    call gather_velocity(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, g_motion, rec, &
+                         v, dv, l)
+    call store_affine(sim, n, nf, ps, w, first, g_motion, rec)
+    call advance_particles(n, 0.0_rp, sim%step%pic, v, dv, ps(1, f_pos), ps(1, f_vel), max_speed2)
+  end subroutine accelerate_block
+
+  !> Velocity-field group of block `b`.
+  pure integer function group_of(sim, b)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: b
+
+    group_of = sim%scene%body(sim%particles%body(b))%group
+  end function group_of
+
+end module mpm_sweeps

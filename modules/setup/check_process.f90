@@ -1,0 +1,305 @@
+! SPDX-License-Identifier: MIT
+!> Errors and warnings on the motion of the tools, and the table of it that `--check` prints.
+module setup_check_process
+  use base_kinds, only: pi, rp
+  use base_log, only: say
+  use base_text, only: str
+  use input_values, only: input_t
+  use setup_boundary, only: wall_of, wall_t
+  use setup_process, only: survey_tool, tool_survey_t, undefined
+  use setup_solids, only: all_solids, solids_t
+  use simulation_scene, only: scene_t
+  use tools_shape, only: length_text
+  use tools_tool, only: tool_t
+  implicit none (type, external)
+  private
+
+  public :: check_process, report_process
+
+  real(rp), parameter :: mm = 1.0e3_rp
+
+contains
+
+  !> Report errors and warnings on tools and their motion. The scene must have no other errors.
+  subroutine check_process(input, scene, tool)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tool(:)
+    type(solids_t), allocatable :: solids(:)
+    type(tool_survey_t) :: survey
+    integer :: k, n
+
+    call check_phases(input, tool)
+    call all_solids(input, solids)
+    do k = 1, size(tool)
+      call survey_tool(input, scene, solids, k, tool(k), survey)
+      if (k <= input%count('TOOL')) then
+        n = input%diagnostics%count()
+        associate (plate => survey%plate(:2, 2) - survey%plate(:2, 1))
+          call tool(k)%shape%check_size(input, k, maxval(scene%grid%upper() - scene%grid%lower), &
+                    scene%grid%h, maxval(plate), any(abs(tool(k)%motion%phase%spin) > 0.0_rp))
+        end associate
+        if (input%diagnostics%count() == n) call check_tool_motion(input, scene, tool, k, survey)
+      else
+        call check_rigid_motion(input, scene, k, survey)
+      end if
+    end do
+  end subroutine check_process
+
+  !> Report phases that are never reached, and ramps longer than their phase.
+  subroutine check_phases(input, tool)
+    type(input_t), intent(in) :: input
+    type(tool_t), intent(in) :: tool(:)
+    integer :: i, k, n
+    logical :: is_last
+
+    do k = 1, size(tool)
+      is_last = .false.
+      n = 0
+      do i = 1, input%count('MOTION')
+        if (input%text('MOTION', i, 'TOOL') /= tool(k)%name) cycle
+        n = n + 1
+        if (is_last) call input%report('MOTION', i, '', 'is never reached: a phase before it '// &
+                                       'has no DURATION and lasts to the end of the run')
+        associate (duration => tool(k)%motion%phase(n)%duration)
+          if (duration > 0.0_rp .and. input%real('MOTION', i, 'RAMP') &
+              > duration*(1.0_rp + 1.0e-9_rp)) then
+            call input%warn('MOTION', i, 'RAMP', 'is longer than the DURATION of the phase')
+          end if
+          is_last = is_last .or. duration <= 0.0_rp
+        end associate
+      end do
+    end do
+  end subroutine check_phases
+
+  !> Report errors in the survey of a tool. A tool outside the grid may be intended; ten grid sizes
+  !> away its position is probably in another unit.
+  subroutine check_tool_motion(input, scene, tool, k, survey)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tool(:)
+    integer, intent(in) :: k
+    type(tool_survey_t), intent(in) :: survey
+    real(rp) :: edges(3)                           ! edge lengths of the plate [m]
+    integer :: i, phase
+
+    edges = survey%plate(:, 2) - survey%plate(:, 1)
+    if (.not. survey%is_in_grid) then
+      associate (sides => scene%grid%upper() - scene%grid%lower)
+        call input%report('TOOL', k, 'POSITION', &
+                          'the tool is outside the grid throughout the run', &
+                          is_warning=norm2(tool(k)%start - scene%grid%lower) < 10.0_rp*norm2(sides))
+      end associate
+      return
+    end if
+    if (survey%touch >= undefined .and. .not. bodies_move(input, scene) &
+        .and. .not. any(survey%phase%name == 'press')) then
+      call input%warn('TOOL', k, 'POSITION', 'the tool never touches a body')
+    end if
+    if (survey%touch < undefined) call check_shoulder(input, k, survey)
+    if (survey%through < undefined .and. input%real('TOOL', k, 'BOBBIN_RADIUS') <= 0.0_rp) then
+      phase = findloc(survey%phase%from <= survey%through, .true., dim=1, back=.true.)
+      associate (text => 'the tool comes out below the bottom of the plate of '// &
+                 length_text(edges(3))//' at t = '//str(survey%through)//' s', &
+                 one => survey%phase(phase))
+        if (survey%through <= 0.0_rp .or. one%motion == 0) then
+          call input%report('TOOL', k, 'POSITION', text, .not. has_floor(input, scene, &
+                            survey%plate(3, 1)))
+        else
+          call input%report('MOTION', one%motion, key_of(input, one%motion), text, &
+                            .not. has_floor(input, scene, survey%plate(3, 1)))
+        end if
+      end associate
+    end if
+    do i = 1, size(survey%phase)
+      associate (one => survey%phase(i))
+        if (one%motion == 0 .or. one%off_plate <= 0.0_rp) cycle
+        if (one%off_plate <= maxval(0.5_rp*survey%upper(:2) - 0.5_rp*survey%lower(:2))) cycle
+        call input%warn('MOTION', one%motion, key_of(input, one%motion), 'the tool travels '// &
+                        length_text(one%path_length)//' and is off the plate of '// &
+                        length_text(edges(1))//' x '//length_text(edges(2))//' from t = '// &
+                        str(one%off_plate_from)//' s on')
+      end associate
+    end do
+  end subroutine check_tool_motion
+
+  !> Key that determines the motion of a phase.
+  function key_of(input, motion) result(key)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: motion                  !! index of its &MOTION
+    character(:), allocatable :: key
+
+    key = 'VELOCITY'
+    if (input%text('MOTION', motion, 'FILE') /= '') key = 'FILE'
+  end function key_of
+
+  !> Warn of a plunged tool whose shoulder rim, at its lowest point, does not reach the plate by the
+  !> end of the run. Phases with a force are not checked, as the depth is not known beforehand.
+  subroutine check_shoulder(input, k, survey)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: k
+    type(tool_survey_t), intent(in) :: survey
+    real(rp) :: above, length, tilt, tip
+    logical :: is_pinned
+
+    is_pinned = input%given('TOOL', k, 'PIN_LENGTH')
+    if (.not. is_pinned .or. any(survey%phase%name == 'press')) return
+    if (.not. any(survey%phase%name == 'plunge')) return
+    length = input%real('TOOL', k, 'PIN_LENGTH')
+    tip = input%real('TOOL', k, 'PIN_TIP_RADIUS')
+    if (tip <= 0.0_rp) tip = input%real('TOOL', k, 'PIN_RADIUS')
+    tilt = input%real('TOOL', k, 'TILT_DEG')*pi/180.0_rp
+    above = length*cos(tilt) + (tip - input%real('TOOL', k, 'RADIUS'))*abs(sin(tilt))
+    above = above - maxval(survey%phase%depth, mask=survey%phase%depth < undefined)
+    if (above <= 0.0_rp) return
+    call input%warn('TOOL', k, 'PIN_LENGTH', 'the shoulder does not come down to the plate by '// &
+                    'the end of the run: its rim stays '//length_text(above)//' above it')
+  end subroutine check_shoulder
+
+  !> Check the motion of a rigid body, whose particles must not leave the grid.
+  subroutine check_rigid_motion(input, scene, k, survey)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: k
+    type(tool_survey_t), intent(in) :: survey
+    integer :: b, i
+
+    b = findloc(scene%body%tool, k, dim=1)
+    if (survey%touch >= undefined .and. .not. bodies_move(input, scene)) then
+      call input%warn('BODY', b, 'NAME', 'the rigid body never touches another')
+    end if
+    if (any(abs(survey%phase%spin) > 0.0_rp) .and. survey%touch < undefined) then
+      do i = 1, size(survey%phase)
+        if (survey%phase(i)%motion == 0) cycle
+        if (.not. presses(input, scene, survey%phase(i)%motion)) cycle
+        call input%report('BODY', b, 'RIGID', 'a rigid body of particles that turns and is '// &
+                          'pressed into metal that flows tears particles out of it, and force '// &
+                          'and torque are about twice too large: take a &TOOL of its shape')
+        exit
+      end do
+    end if
+    do i = 1, size(survey%phase)
+      associate (one => survey%phase(i))
+        if (one%motion == 0 .or. one%side >= 0.0_rp .or. any(scene%grid%period > 0)) cycle
+        call input%warn('MOTION', one%motion, key_of(input, one%motion), 'takes the rigid body '// &
+                        length_text(-one%side)//' beyond a side of the grid or a wall')
+      end associate
+    end do
+  end subroutine check_rigid_motion
+
+  !> True if a phase moves a rigid body along its axis of rotation and a body can flow.
+  logical function presses(input, scene, motion)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: motion                  !! index of its &MOTION
+    real(rp) :: velocity(3)
+    integer :: b
+
+    velocity = input%reals('MOTION', motion, 'VELOCITY', 3)
+    presses = abs(velocity(3)) > 0.0_rp .and. &
+              any([(scene%can_flow(scene%body(b)%group), b=1, size(scene%body))])
+  end function presses
+
+  !> True if there is a wall under the plate.
+  logical function has_floor(input, scene, bottom)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    real(rp), intent(in) :: bottom                 !! height of the plate bottom [m]
+    type(wall_t) :: wall
+    integer :: i
+
+    has_floor = .false.
+    do i = 1, input%count('WALL')
+      wall = wall_of(input, scene%grid, i)
+      if (wall%axis == 3 .and. wall%faces_up) has_floor = has_floor &
+          .or. wall%position >= bottom - scene%grid%h(3)
+    end do
+  end function has_floor
+
+  !> True if bodies may move towards a tool that does not reach them.
+  logical function bodies_move(input, scene)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    integer :: b
+
+    bodies_move = any(abs(scene%method%gravity) > 0.0_rp) .or. &
+                  input%count('LOAD') + input%count('TRACTION') + input%count('FIELD') > 0
+    do b = 1, input%count('BODY')
+      bodies_move = bodies_move .or. any(abs([input%reals('BODY', b, 'VELOCITY', 3), &
+        input%reals('BODY', b, 'ANGULAR_VELOCITY', 3), &
+        input%reals('BODY', b, 'VELOCITY_GRADIENT', 9)]) > 0.0_rp)
+    end do
+    do b = 1, size(scene%clamp)
+      bodies_move = bodies_move .or. scene%clamp(b)%clamp%moves()
+    end do
+  end function bodies_move
+
+  !> Print the table of the motion for `--check`.
+  subroutine report_process(input, scene, tool)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tool(:)
+    type(solids_t), allocatable :: solids(:)
+    type(tool_survey_t) :: survey
+    character(:), allocatable :: text
+    character(120) :: row
+    integer :: i, k
+
+    if (size(tool) == 0) return
+    call all_solids(input, solids)
+    do k = 1, size(tool)
+      call survey_tool(input, scene, solids, k, tool(k), survey)
+      associate (lower => survey%plate(:, 1), upper => survey%plate(:, 2))
+        if (k == 1) call say('plate        '//str(mm*(upper(1) - lower(1)))//' x '// &
+          str(mm*(upper(2) - lower(2)))//' x '//str(mm*(upper(3) - lower(3)))// &
+          ' mm, top at z = '//str(mm*upper(3))//' mm')
+      end associate
+      text = ', never touches where bodies are now'
+      if (any(survey%phase%name == 'press')) text = ', comes down by its FORCE'
+      if (survey%touch < undefined) text = ', touches at t = '//str(survey%touch)//' s'
+      call say('tool         '//trim(tool(k)%name)//text)
+      call say('phase            from[s]       to[s]     way[mm]'// &
+               ' speed[mm/s]   spin[rpm]   depth[mm]  bottom[mm]    edge[mm]    side[mm]')
+      do i = 1, size(survey%phase)
+        associate (p => survey%phase(i))
+          write (row, '(a12,9a12)') '  '//p%name, cell(p%from), cell(p%to), &
+            cell(mm*p%path_length), cell(mm*p%speed), &
+            cell(p%spin*30.0_rp/pi), cell_mm(p%depth), cell_mm(p%bottom), cell_mm(p%edge), &
+            cell_mm(p%side)
+          call say(row)
+        end associate
+      end do
+      if (any(tool(k)%motion%phase%ends_early())) call say('             phases that end at a '// &
+        'load or temperature (UNTIL_...) are shown, and the run is estimated, as if they took '// &
+        'their DURATION')
+      if (any(survey%phase%name == 'press')) call say('             while the tool sinks by 1 '// &
+        'mm/s, its DAMPING carries '//str(tool(k)%drive%damping &
+        *sqrt(scene%method%mass_scaling)/mm)//' N of the FORCE')
+    end do
+    call say('             depth: lowest point of the tool below the top of the plate; bottom: '// &
+      'metal left below it; edge: its rim to the edge of the plate; side: to a wall or the '// &
+      'side of the grid; press: by a force, as if it did not sink')
+  end subroutine report_process
+
+  !> A number in a field of the table.
+  function cell(x) result(text)
+    real(rp), intent(in) :: x
+    character(12) :: text
+
+    if (abs(x) < 1.0e5_rp .and. (abs(x) >= 1.0e-2_rp .or. abs(x) <= 0.0_rp)) then
+      write (text, '(f12.3)') x
+    else
+      write (text, '(es12.3)') x
+    end if
+  end function cell
+
+  !> A length in mm in a field of the table, `-` if it is undefined.
+  function cell_mm(x) result(text)
+    real(rp), intent(in) :: x
+    character(12) :: text
+
+    text = '           -'
+    if (x < undefined) text = cell(mm*x)
+  end function cell_mm
+
+end module setup_check_process

@@ -1,0 +1,147 @@
+! SPDX-License-Identifier: MIT
+!> Keys of &MATERIAL, &BODY, &SHAPE and &FIELD.
+module setup_keys_body
+  use input_key_table, only: key_table_t
+  use physics_laws, only: add_law_keys
+  implicit none (type, external)
+  private
+
+  public :: add_body, add_fields, add_material
+
+contains
+
+  !> Add the rows of &MATERIAL to the table.
+  subroutine add_material(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%group('MATERIAL', 'repeat required', 'A material; bodies refer to its NAME.')
+    call t%key('NAME', 'text', 1, '', 'required', 'name', 'name of the material')
+    call t%key('FROM', 'text', 1, '', '', '', &
+      'entry of the library of materials (stirpoint --materials) whose values hold where this '// &
+      'group gives none; library: the entry of this NAME')
+    call t%key('LIBRARY', 'text', 1, '', '', '', &
+      'file of the library, beside the input; not given: that of the program')
+    call t%key('DENSITY', 'real', 1, 'kg/m3', 'required', '(0,inf)', 'mass density')
+    call t%key('YOUNGS_MODULUS', 'real', 1, 'Pa', 'required', '(0,inf)', 'elastic modulus')
+    call t%key('POISSON_RATIO', 'real', 1, '', 'required', '(-1,0.5)', &
+      'ratio of lateral contraction')
+    call t%key('ENERGY', 'choice', 1, '', 'decoupled', 'decoupled coupled', &
+      'elastic energy: volume and shape apart, or P = mu(F - F^-T) + lambda ln(J) F^-T')
+    call add_law_keys(t)
+    call t%key('T_ROOM', 'real', 1, 'K', '298', '(0,10000]', &
+      'johnson-cook: temperature up to which it does not soften; EXPANSION: temperature '// &
+      'without strain')
+    call t%key('T_MELT', 'real', 1, 'K', '', '(0,10000]', &
+      'temperature from which on no strength is left, with any LAW; required with '// &
+      'johnson-cook, where a law with strength is heated, and with a &SOURCE; metal above it '// &
+      'is reported')
+    call t%key('SPECIFIC_HEAT', 'real', 1, 'J/(kg K)', '', '[1,1e6]', &
+      'specific heat capacity; it or its table is required where something heats or conducts')
+    call t%key('CONDUCTIVITY', 'real', 1, 'W/(m K)', '', '[0,1e6]', &
+      'thermal conductivity; it or its table is required with &HEAT')
+    call t%key('SPECIFIC_HEAT_TABLE', 'real', -64, '', '', '[0,inf)', &
+      'pairs of temperature and SPECIFIC_HEAT, linear between them and constant beyond; it '// &
+      'replaces the constant')
+    call t%key('CONDUCTIVITY_TABLE', 'real', -64, '', '', '[0,inf)', &
+      'pairs of temperature and CONDUCTIVITY, likewise')
+    call t%key('YIELD_TABLE', 'real', -64, '', '', '[0,inf)', &
+      'heat alone: pairs of temperature and yield stress [Pa], for stirring sources')
+    call t%key('YIELD_LOGISTIC', 'real', -25, '', '', '', &
+      'heat alone: yield stress by pieces of five values: a, b, T0, n, T1 say '// &
+      'a + (b - a)/(1 + (T/T0)^n) up to T1, at most five pieces; 0 above the last')
+    call t%key('EXPANSION', 'real', 1, '1/K', '0', '(-0.01,0.01)', &
+      'coefficient of linear expansion')
+    call t%key('PLASTIC_HEAT', 'real', 1, '', '0.9', '[0,1]', &
+      'part of the plastic work that becomes heat (Taylor-Quinney)')
+
+    call t%may_change('MATERIAL', 'FROM LIBRARY')
+  end subroutine add_material
+
+  !> Add the rows of &BODY and &SHAPE to the table.
+  subroutine add_body(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%group('BODY', 'repeat required', 'A deformable body; &SHAPE groups give its geometry.')
+    call t%key('NAME', 'text', 1, '', 'required', 'name', 'name of the body')
+    call t%key('MATERIAL', 'text', 1, '', 'required', '&MATERIAL', 'NAME of its &MATERIAL')
+    call t%key('PARTICLES_PER_CELL', 'integer', -3, '', '2', '[1,8]', &
+      'particles per cell and direction: one number, or one for each axis')
+    call t%key('LATTICE', 'choice', 1, '', 'body', 'body grid round', &
+      'anchor of the lattice of particles: lower corner or centre of the first shape, or lower '// &
+      'corner of the grid; round: rings or shells that follow the first shape, a cylinder or '// &
+      'sphere')
+    call t%key('TEMPERATURE', 'real', 1, 'K', '298', '(0,inf)', 'initial temperature')
+    call t%key('VELOCITY', 'real', 3, 'm/s', '0 0 0', '', 'initial velocity')
+    call t%key('ANGULAR_VELOCITY', 'real', 3, 'rad/s', '0 0 0', '', &
+      'initial rotation, added to VELOCITY')
+    call t%key('VELOCITY_GRADIENT', 'real', 9, '1/s', '0 0 0 0 0 0 0 0 0', '', &
+      'initial dv/dx row by row, added to VELOCITY: xx xy xz yx yy yz zx zy zz')
+    call t%key('CENTRE', 'real', 3, 'm', '0 0 0', '', &
+      'the point that moves with VELOCITY when there is rotation or a gradient; RIGID: on its axis')
+    call t%key('DEFORMATION', 'real', 9, '', '1 0 0 0 1 0 0 0 1', '', &
+      'initial elastic deformation gradient row by row; the shapes are the deformed ones')
+    call t%key('RIGID', 'logical', 1, '', '.false.', '', &
+      'the particles move as a rigid body, by &MOTION groups whose TOOL is this NAME')
+
+    call t%group('SHAPE', 'repeat required', &
+      'A piece of a body, added or cut away; the pieces of a body act in the order of the file.')
+    call t%key('BODY', 'text', 1, '', 'required', '&BODY', 'NAME of the &BODY')
+    call t%key('KIND', 'choice', 1, '', 'box', 'box cylinder sphere trapezoid', 'geometry')
+    call t%key('OPERATION', 'choice', 1, '', 'add', 'add subtract', 'add material or cut it away')
+    call t%key('LOWER', 'real', 3, 'm', 'required if KIND = box or trapezoid', '', 'lower corner')
+    call t%key('UPPER', 'real', 3, 'm', 'required if KIND = box or trapezoid', '', 'upper corner')
+    call t%key('CENTRE', 'real', 3, 'm', 'required if KIND = cylinder or sphere', '', &
+      'centre of the sphere, middle of the cylinder')
+    call t%key('RADIUS', 'real', 1, 'm', 'required if KIND = cylinder or sphere', '(0,inf)', &
+      'radius')
+    call t%key('LENGTH', 'real', 1, 'm', 'required if KIND = cylinder', '(0,inf)', &
+      'length of the cylinder')
+    call t%key('AXIS', 'choice', 1, '', 'z if KIND = cylinder', 'x y z', &
+      'direction of the cylinder')
+    call t%key('ALONG', 'choice', 1, '', 'x if KIND = trapezoid', 'x y z', &
+      'trapezoid: direction in which the width changes')
+    call t%key('ACROSS', 'choice', 1, '', 'y if KIND = trapezoid', 'x y z', &
+      'trapezoid: direction of the width, centred between LOWER and UPPER')
+    call t%key('WIDTH_LOWER', 'real', 1, 'm', 'required if KIND = trapezoid', '[0,inf)', &
+      'width at the LOWER end of ALONG')
+    call t%key('WIDTH_UPPER', 'real', 1, 'm', 'required if KIND = trapezoid', '[0,inf)', &
+      'width at the UPPER end of ALONG')
+  end subroutine add_body
+
+  !> Add the rows of &FIELD to the table.
+  subroutine add_fields(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%group('FIELD', 'repeat', &
+      'A known motion or temperature of a body: its start, body force, and errors in '// &
+      'NAME_errors.csv; or noise in its velocities. Shapes and masses are those of the '// &
+      'undeformed body, X a place in it.')
+    call t%key('BODY', 'text', 1, '', 'required', '&BODY', 'NAME of the &BODY')
+    call t%key('KIND', 'choice', 1, '', 'required', &
+      'waves vortex ring mode noise alternating heat-mode', &
+      'waves: u_i = A sin(2 pi X_i/L_i + P_i) sin(w t + Q_i) with body force; mode: without; '// &
+      'vortex, ring: plane, with force; noise, alternating: initial velocities; heat-mode: '// &
+      'TEMPERATURE + A times sines of X_i, decaying')
+    call t%key('AMPLITUDE', 'real', 1, '', 'required', '', &
+      'A: displacement [m], angle [rad] (vortex), velocity [m/s] (noise, alternating) or '// &
+      'temperature [K]')
+    call t%key('WAVELENGTH', 'real', 3, 'm', '1 1 1 if KIND = waves or mode or heat-mode', &
+      '(0,inf)', 'L of each axis')
+    call t%key('AXES', 'text', 1, '', &
+      'x if KIND = waves or mode or heat-mode or noise or alternating', 'xyz', &
+      'axes that take part; components of the velocity with noise')
+    call t%key('SHIFT', 'real', 3, 'rad', '0 0 0 if KIND = waves or mode or heat-mode', '', &
+      'P of each axis')
+    call t%key('FREQUENCY', 'real', 1, '1/s', '0 if KIND = waves or mode or vortex or ring', &
+      '[0,inf)', &
+      'w/(2 pi); mode, ring: 0: from the material, w = 2 pi c/L_i or pi c/(sum of RADII), c '// &
+      'the speed of pressure waves')
+    call t%key('PHASE', 'real', 3, 'rad', '0 0 0 if KIND = waves or mode', '', 'Q of each axis')
+    call t%key('CENTRE', 'real', 3, 'm', '0 0 0 if KIND = vortex or ring', '', &
+      'a point of the axis of vortex and ring')
+    call t%key('RADII', 'real', 2, 'm', '1 2 if KIND = vortex or ring', '(0,inf)', &
+      'inner and outer radius of vortex and ring')
+    call t%key('SEED', 'integer', 1, '', '1 if KIND = noise', '', 'of the noise')
+  end subroutine add_fields
+
+end module setup_keys_body

@@ -1,0 +1,162 @@
+! SPDX-License-Identifier: MIT
+!> Keys of &WALL, &LOAD, &TRACTION, &CONTACT, &HEAT and &SURFACE; those of clamps are in
+!> simulation_conditions.
+module setup_keys_boundary
+  use input_key_table, only: key_table_t
+  use simulation_conditions, only: add_clamp_keys
+  implicit none (type, external)
+  private
+
+  public :: add_boundary, add_heat
+
+contains
+
+  !> Add the rows of these groups to the table.
+  subroutine add_boundary(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%group('WALL', 'repeat', 'A flat rigid wall.')
+    call t%key('SIDE', 'choice', 1, '', 'required', 'xmin xmax ymin ymax zmin zmax', &
+      'side of the grid on which it stands')
+    call t%key('KIND', 'choice', 1, '', 'sliding', 'fixed sliding', &
+      'holds everything, or only the normal')
+    call t%key('POSITION', 'real', 1, 'm', '', '', &
+      'coordinate of the wall; not given: at the side of the grid')
+    call t%key('FRICTION', 'real', 1, '', '0 if KIND = sliding', '[0,inf)', &
+      'Coulomb coefficient of friction on the wall')
+    call t%key('TEMPERATURE', 'real', 1, 'K', '', '(0,inf)', &
+      'temperature of the wall; not given: it lets no heat through')
+
+    call add_clamp_keys(t)
+
+    call t%group('LOAD', 'repeat', &
+      'A force on a body, shared by its particles in proportion to mass.')
+    call t%key('BODY', 'text', 1, '', 'required', '&BODY', 'NAME of the &BODY')
+    call t%key('FORCE', 'real', 3, 'N', 'required', '', 'total force')
+    call t%key('RAMP', 'real', 1, 's', '0', '[0,inf)', &
+      'time in which the force rises linearly from 0')
+
+    call t%group('TRACTION', 'repeat', 'A force per area on the surface of a body.')
+    call t%key('BODY', 'text', 1, '', 'required', '&BODY', 'NAME of the &BODY')
+    call t%key('FACE', 'choice', 1, '', 'all', 'xmin xmax ymin ymax zmin zmax all', &
+      'faces of the body by the direction they look to')
+    call t%key('LOWER', 'real', 3, 'm', '', '', &
+      'only faces whose particles start above this corner; not given: no limit')
+    call t%key('UPPER', 'real', 3, 'm', '', '', &
+      'only faces whose particles start below this corner; not given: no limit')
+    call t%key('PRESSURE', 'real', 1, 'Pa', '0', '', 'normal to the face, positive inwards')
+    call t%key('VECTOR', 'real', 3, 'Pa', '0 0 0', '', 'force per initial area')
+    call t%key('RAMP', 'real', 1, 's', '0', '[0,inf)', &
+      'time in which the traction rises linearly from 0')
+
+    call t%group('CONTACT', 'repeat', &
+      'Contact of two bodies; bodies without it that meet stick together.')
+    call t%key('BODY', 'text', 1, '', 'required', '&BODY', 'NAME of one &BODY')
+    call t%key('OTHER', 'text', 1, '', 'required', '&BODY', 'NAME of the other &BODY')
+    call t%key('LAW', 'choice', 1, '', 'coulomb', 'coulomb stick frictionless', &
+      'what happens along the surface')
+    call t%key('FRICTION', 'real', 1, '', '0.2 if LAW = coulomb', '[0,inf)', &
+      'Coulomb coefficient of friction')
+    call t%key('NORMAL', 'choice', 1, '', 'regression', 'gradient regression', &
+      'direction of the surface: from gradients of volume, or from a plane between the '// &
+      'particles; that of either body instead where it separates them better')
+    call t%key('CONDUCTANCE', 'real', 1, 'W/(m2 K)', '', '[0,inf)', &
+      'heat through the area of contact for each kelvin between the bodies; not given: they '// &
+      'conduct perfectly')
+    call t%key('CONDUCTANCE_TABLE', 'real', -64, '', '', '[0,inf)', &
+      'instead of CONDUCTANCE, pairs of pressure [Pa] and conductance [W/(m2 K)]; linear '// &
+      'between, constant outside')
+
+    call t%may_change('LOAD', 'FORCE')
+    call t%may_change('TRACTION', 'PRESSURE VECTOR')
+  end subroutine add_boundary
+
+  !> Add the rows of &HEAT and &SURFACE to the table.
+  subroutine add_heat(t)
+    type(key_table_t), intent(inout) :: t
+
+    call add_conduction(t)
+    call add_surface(t)
+    call add_backing(t)
+    call t%may_change('HEAT', 'FOURIER SOLVER TOLERANCE STEP EVERY')
+  end subroutine add_heat
+
+  !> Rows of &HEAT.
+  subroutine add_conduction(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%group('HEAT', 'once', 'Heat conduction; the presence of this group switches it on.')
+    call t%key('AMBIENT', 'real', 1, 'K', '298', '(0,inf)', &
+      'temperature of the surroundings, where a &SURFACE gives none')
+    call t%key('FOURIER', 'real', 1, '', '0.25', '(0,0.5]', &
+      'conduction step is at most FOURIER h^2/kappa (h: cell, kappa: diffusivity)')
+    call t%key('INTEGRATOR', 'choice', 1, '', 'auto', &
+      'auto explicit rkl2 backward-euler tr-bdf2', &
+      'time integration; rkl2: explicit, long steps of many stages; tr-bdf2: implicit, '// &
+      'order 2; auto: rkl2 for heat alone; beside mechanics explicit or backward-euler, auto: '// &
+      'explicit')
+    call t%key('SOLVER', 'choice', 1, '', 'auto', 'auto cg fftw petsc', &
+      'of implicit steps; auto: fftw for heat alone in a box of constant properties, and where '// &
+      'there are more than 50000 cells of one material, else cg; beside mechanics cg or petsc')
+    call t%key('TOLERANCE', 'real', 1, 'K', '2', '[1e-6,1e4]', &
+      'largest estimate of the error of a time step, of heat alone or implicit, in any cell or '// &
+      'node (at the rim of a moving source some hundred times that of the temperatures); '// &
+      'implicit: and what waiting heat may warm a node')
+    call t%key('STEP', 'real', 1, 's', '0', '[0,inf)', 'fixed time step; 0: by TOLERANCE')
+    call t%key('EVERY', 'integer', 1, '', '0', '[0,inf)', &
+      'backward-euler beside mechanics: a step every so many mechanical ones; 0: by STEP or '// &
+      'TOLERANCE')
+  end subroutine add_conduction
+
+  !> Rows of &SURFACE, but for backings.
+  subroutine add_surface(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%group('SURFACE', 'repeat', 'Exchange of heat at the surface of a body.')
+    call t%key('BODY', 'text', 1, '', 'required', '&BODY', 'NAME of the &BODY')
+    call t%key('FACE', 'choice', 1, '', 'all', 'xmin xmax ymin ymax zmin zmax all', &
+      'faces of the body by the direction they look to')
+    call t%key('COEFFICIENT', 'real', 1, 'W/(m2 K)', 'required if TABLE_OF = none', '[0,inf)', &
+      'heat transfer coefficient')
+    call t%key('PRESSURE_FACTOR', 'real', 1, 'W/(m2 K)', '0 if TABLE_OF = none', '[0,inf)', &
+      'what a pressure p of the body on the face adds to COEFFICIENT: '// &
+      'PRESSURE_FACTOR (p/1 MPa)^PRESSURE_EXPONENT')
+    call t%key('PRESSURE_EXPONENT', 'real', 1, '', '0.95 if TABLE_OF = none', '(0,2]', &
+      'of the pressure; 0.95: plastic contact of rough surfaces')
+    call t%key('TABLE_OF', 'choice', 1, '', 'none', 'none pressure', &
+      'what the coefficient depends on instead: pressure of the body on the face')
+    call t%key('TABLE_AT', 'real', -64, 'Pa', 'if TABLE_OF = pressure', '[0,inf)', &
+      'rising pressures')
+    call t%key('TABLE_COEFFICIENT', 'real', -64, 'W/(m2 K)', 'if TABLE_OF = pressure', '[0,inf)', &
+      'coefficients there; linear between, constant outside')
+    call t%key('EMISSIVITY', 'real', 1, '', '0', '[0,1]', &
+      'of the face, which radiates as well: EMISSIVITY sigma (T^4 - AMBIENT^4)')
+    call t%key('AMBIENT', 'real', 1, 'K', '', '(0,inf)', &
+      'temperature on the other side; not given: that of &HEAT')
+  end subroutine add_surface
+
+  !> Rows of &SURFACE for backings.
+  subroutine add_backing(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%key('BACKING', 'choice', 1, '', 'none', 'none plate lumped', &
+      'what is behind the film and gets hot, by itself and without particles: a plate, in '// &
+      'which heat goes straight away from the face, or a body of one temperature')
+    call t%key('BACKING_CONDUCTIVITY', 'real', 1, 'W/(m K)', 'required if BACKING = plate', &
+      '(0,1e6]', 'of the plate')
+    call t%key('BACKING_DENSITY', 'real', 1, 'kg/m3', 'required if BACKING = plate', '(0,inf)', &
+      'of the plate')
+    call t%key('BACKING_SPECIFIC_HEAT', 'real', 1, 'J/(kg K)', 'required if BACKING = plate', &
+      '[1,1e6]', 'of the plate')
+    call t%key('BACKING_THICKNESS', 'real', 1, 'm', '0 if BACKING = plate', '[0,inf)', &
+      'of the plate; 0: without end')
+    call t%key('BACKING_CAPACITY', 'real', 1, 'J/K', 'required if BACKING = lumped', '(0,inf)', &
+      'of the body of one temperature')
+    call t%key('BACKING_TEMPERATURE', 'real', 1, 'K', 'if BACKING = plate or lumped', '(0,inf)', &
+      'of what is behind the film at t = 0; not given: AMBIENT')
+    call t%key('BACKING_COOLING', 'real', 1, 'W/(m2 K)', '0 if BACKING = plate or lumped', &
+      '[0,inf)', 'film to AMBIENT at the far side of the plate, or of the body of one '// &
+      'temperature, over the area of the face')
+  end subroutine add_backing
+
+end module setup_keys_boundary

@@ -1,0 +1,143 @@
+! SPDX-License-Identifier: MIT
+!> Keys of &TOOL and &MOTION; those of the shapes are in tools_shapes.
+module setup_keys_tool
+  use base_text, only: joined
+  use input_key_table, only: key_table_t
+  use tools_law, only: friction_laws
+  use tools_shapes, only: add_shape_keys
+  implicit none (type, external)
+  private
+
+  public :: add_tool
+
+contains
+
+  !> Add the rows of &TOOL and &MOTION to the table.
+  subroutine add_tool(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%group('TOOL', 'repeat', 'A rigid tool that touches the bodies.')
+    call t%key('NAME', 'text', 1, '', 'tool', 'name', 'name of the tool')
+    call add_shape_keys(t)
+    call t%key('POSITION', 'real', 3, 'm', 'required', '', &
+      'place at t = 0: centre of the shoulder face, sphere or box; a point of the plane')
+    call t%key('FRICTION_LAW', 'choice', 1, '', 'coulomb', joined(friction_laws, ' '), &
+      'law of friction: with the pressure p and the shear strength k of the body, least of '// &
+      'FRICTION p and k; SHEAR_FACTOR k; the same on the real area of contact; '// &
+      'STICK_FRACTION k and the rest as coulomb')
+    call t%key('FRICTION', 'real', 1, '', '0.2 if FRICTION_LAW = coulomb or schmidt-hattel', &
+      '[0,inf)', 'Coulomb coefficient of friction')
+    call t%key('SHEAR_FACTOR', 'real', 1, '', '0 if FRICTION_LAW = shear-factor or wanheim-bay', &
+      '[0,1]', 'friction over the shear strength')
+    call t%key('STICK_FRACTION', 'real', 1, '', '0 if FRICTION_LAW = schmidt-hattel', '[0,1]', &
+      'part of the face that sticks')
+    call t%key('FRICTION_TABLE_OF', 'choice', 1, '', 'none', 'none temperature pressure slip', &
+      'what the coefficient of the law depends on instead: temperature of the body, pressure '// &
+      'in it on the surface, speed of sliding')
+    call t%key('FRICTION_AT', 'real', -64, '', &
+      'if FRICTION_TABLE_OF = temperature or pressure or slip', '[0,inf)', &
+      'rising temperatures [K], pressures [Pa] or speeds [m/s]')
+    call t%key('FRICTION_MU', 'real', -64, '', &
+      'if FRICTION_TABLE_OF = temperature or pressure or slip', '[0,inf)', &
+      'coefficients of the law there (FRICTION, SHEAR_FACTOR or STICK_FRACTION); linear '// &
+      'between, constant outside')
+    call t%key('SHEAR_LIMIT', 'logical', 1, '', '.true. if FRICTION_LAW = coulomb', '', &
+      'friction does not exceed the shear yield stress of the body')
+    call add_machine(t)
+    call add_tool_heat(t)
+    call add_motion(t)
+  end subroutine add_tool
+
+  !> Rows of &TOOL: compliance and limits of the machine.
+  subroutine add_machine(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%key('STIFFNESS', 'real', 1, 'N/m', '0', '[0,inf)', &
+      'of the machine between slide and tool, along the axis of the tool: &MOTION moves the '// &
+      'slide; 0: rigid')
+    call t%key('MASS', 'real', 1, 'kg', '', '(0,inf)', &
+      'what moves with the tool along its axis, if it has a STIFFNESS or a FORCE; scaled by '// &
+      'MASS_SCALING; not given: that of metal under it, RADIUS^3 pi^2/4')
+    call t%key('DAMPING', 'real', 1, 'N s/m', '', '[0,inf)', &
+      'of its motion along the axis, if it has a STIFFNESS or a FORCE; scaled by the root of '// &
+      'MASS_SCALING; not given: critical, for the metal under its RADIUS and the machine')
+    call t%key('MAX_FORCE', 'real', 1, 'N', '', '(0,inf)', &
+      'force along the axis, either way, at which the machine stops; means of late count')
+    call t%key('MAX_TORQUE', 'real', 1, 'N m', '', '(0,inf)', &
+      'torque, either way, at which the machine stops')
+    call t%key('AT_LIMIT', 'choice', 1, '', 'end', 'end stop-feed stop', &
+      'at MAX_FORCE and MAX_TORQUE: the run ends; the tool turns on where it is; it stands still')
+  end subroutine add_machine
+
+  !> Rows of &TOOL: partition of the friction heat, and heat sink of the tool.
+  subroutine add_tool_heat(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%key('HEAT_SHARE', 'real', 1, '', '', '[0,1]', &
+      'part of the frictional heat that enters the body; not given: e/(e + e_tool) with e = '// &
+      'sqrt(CONDUCTIVITY DENSITY SPECIFIC_HEAT), 1 without a material of the tool')
+    call t%key('CONDUCTIVITY', 'real', 1, 'W/(m K)', '', '(0,1e6]', &
+      'of the tool, for the share of the heat and for HEATS')
+    call t%key('DENSITY', 'real', 1, 'kg/m3', '', '(0,inf)', 'of the tool, likewise')
+    call t%key('SPECIFIC_HEAT', 'real', 1, 'J/(kg K)', '', '[1,1e6]', 'of the tool, likewise')
+    call t%key('HEATS', 'choice', 1, '', 'no', 'no rod lumped', &
+      'whether the tool takes heat from the metal under its face and gets hot: a rod behind '// &
+      'the face, or a body of one temperature')
+    call t%key('TEMPERATURE', 'real', 1, 'K', '298 if HEATS = rod or lumped', '(0,inf)', &
+      'of the tool at t = 0')
+    call t%key('CONTACT_CONDUCTANCE', 'real', 1, 'W/(m2 K)', 'if HEATS = rod or lumped', &
+      '(0,inf)', 'of the gap between face and metal; not given: perfect contact')
+    call t%key('HEAT_LENGTH', 'real', 1, 'm', '0 if HEATS = rod', '[0,inf)', &
+      'of the rod; 0: without end')
+    call t%key('HEAT_AREA', 'real', 1, 'm2', 'if HEATS = rod', '(0,inf)', &
+      'cross-section of the rod; not given: pi RADIUS^2, halved by a &WALL through the axis')
+    call t%key('HEAT_CAPACITY', 'real', 1, 'J/K', 'required if HEATS = lumped', '(0,inf)', &
+      'of the tool')
+    call t%key('COOLING', 'real', 1, 'W/K', '0 if HEATS = rod or lumped', '[0,inf)', &
+      'heat that the far end of the rod, or the lumped tool, loses for each kelvin above '// &
+      'COOLING_TEMPERATURE')
+    call t%key('COOLING_TEMPERATURE', 'real', 1, 'K', '298 if HEATS = rod or lumped', '(0,inf)', &
+      'of what cools the tool')
+  end subroutine add_tool_heat
+
+  !> Rows of &MOTION.
+  subroutine add_motion(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%group('MOTION', 'repeat', &
+      'A phase of motion of a tool; phases follow in the order of the file.')
+    call t%key('TOOL', 'text', 1, '', 'tool', '', 'NAME of the &TOOL, or of a rigid &BODY')
+    call t%key('DURATION', 'real', 1, 's', '0', '[0,inf)', &
+      'length of the phase; 0: to the end of the run, or of the path of FILE')
+    call t%key('VELOCITY', 'real', 3, 'm/s', '0 0 0', '', &
+      'velocity of the tool; along its axis into the metal beside a FORCE: at most so fast')
+    call t%key('FILE', 'text', 1, '', '', '', &
+      'path instead of VELOCITY: CSV beside the input with columns x[m], y[m], optional z[m] '// &
+      'and time[s]. It starts at the position of the tool; RAMP rounds its corners')
+    call t%key('SPEED', 'real', 1, 'm/s', '', '(0,inf)', &
+      'speed on a path without a column time[s]')
+    call t%key('TILT_FOLLOWS', 'logical', 1, '', '.false.', '', &
+      'TILT_DEG is against the direction of travel on the path instead of +x, in phases before '// &
+      'as at its start, after as at its end; FORCE and STIFFNESS act along z')
+    call t%key('SPIN_RPM', 'real', 1, '1/min', '0', '', &
+      'spin; positive is clockwise seen from above (+z)')
+    call t%key('FORCE', 'real', 1, 'N', '', '[0,inf)', &
+      'force along the axis with which the tool presses in this phase; VELOCITY along the '// &
+      'axis then limits how fast it sinks; after it the tool stays as deep as it is')
+    call t%key('FORCE_TABLE', 'real', -64, '', '', '[0,inf)', &
+      'instead of FORCE, pairs of time [s] since the phase began and force [N]; linear '// &
+      'between, constant outside; RAMP does not act on it')
+    call t%key('UNTIL_FORCE', 'real', 1, 'N', '', '(0,inf)', &
+      'the phase ends when the bodies push with this force along the axis, DURATION is the '// &
+      'longest time')
+    call t%key('UNTIL_TORQUE', 'real', 1, 'N m', '', '(0,inf)', &
+      'the phase ends at this torque')
+    call t%key('UNTIL_TEMPERATURE', 'real', 1, 'K', '', '(0,1e5)', &
+      'the phase ends when the hottest metal, or UNTIL_PROBE, has this temperature')
+    call t%key('UNTIL_PROBE', 'text', 1, '', '', '&PROBE', &
+      'NAME of the &PROBE that UNTIL_TEMPERATURE is of; not given: the hottest metal')
+    call t%key('RAMP', 'real', 1, 's', '0', '[0,inf)', &
+      'time in which velocity, spin and FORCE change linearly from the phase before')
+  end subroutine add_motion
+
+end module setup_keys_tool

@@ -1,0 +1,236 @@
+! SPDX-License-Identifier: MIT
+!> Solids of which bodies consist: boxes, cylinders, spheres and trapezoidal prisms, added or
+!> subtracted.
+module setup_solids
+  use base_kinds, only: rp
+  use input_key_table, only: find
+  use input_values, only: input_t
+  implicit none (type, external)
+  private
+
+  public :: solid_t, solids_t
+  public :: all_solids, body_at, body_solids, bounds, extent_of, holds, is_in_body, is_inside, &
+            read_solid, reference, shapes_of
+
+  integer, parameter, public :: solid_box = 1, solid_cylinder = 2, solid_sphere = 3, &
+                                solid_trapezoid = 4
+  !> Values of KIND for these solids.
+  character(9), parameter :: names(4) = ['box      ', 'cylinder ', 'sphere   ', 'trapezoid']
+
+  !> A solid.
+  type :: solid_t
+    integer :: kind = solid_box
+    logical :: adds = .true.
+    real(rp) :: lower(3) = 0.0_rp, upper(3) = 0.0_rp   !! box, trapezoid [m]
+    real(rp) :: centre(3) = 0.0_rp, radius = 0.0_rp, length = 0.0_rp   !! cylinder, sphere [m]
+    integer :: axis = 3                                !! axis of a cylinder
+    integer :: along = 1, across = 2                   !! axes of a trapezoid
+    real(rp) :: width(2) = 0.0_rp                      !! widths of a trapezoid at both ends [m]
+  end type solid_t
+
+  !> The solids of one body.
+  type :: solids_t
+    type(solid_t), allocatable :: solid(:)
+  end type solids_t
+
+contains
+
+  !> Indices of the &SHAPE groups of a body.
+  function shapes_of(input, body) result(shapes)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: body
+    integer, allocatable :: shapes(:)
+    character(:), allocatable :: name
+    integer :: i, n
+
+    name = input%text('BODY', body, 'NAME')
+    n = input%count('SHAPE')
+    shapes = pack([(i, i=1, n)], [(input%text('SHAPE', i, 'BODY') == name, i=1, n)])
+  end function shapes_of
+
+  !> Read the solids of a body in the order of the file.
+  subroutine body_solids(input, body, solids)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: body
+    type(solid_t), allocatable, intent(out) :: solids(:)
+    integer, allocatable :: shapes(:)
+    integer :: k
+
+    allocate (shapes, source=shapes_of(input, body))
+    allocate (solids(size(shapes)))
+    do k = 1, size(shapes)
+      call read_solid(input, shapes(k), solids(k))
+    end do
+  end subroutine body_solids
+
+  !> Read the solids of all bodies.
+  subroutine all_solids(input, list)
+    type(input_t), intent(in) :: input
+    type(solids_t), allocatable, intent(out) :: list(:)
+    integer :: b
+
+    allocate (list(input%count('BODY')))
+    do b = 1, size(list)
+      call body_solids(input, b, list(b)%solid)
+    end do
+  end subroutine all_solids
+
+  !> Read the solid of the `i`-th &SHAPE; report errors of its keys.
+  subroutine read_solid(input, i, solid)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(solid_t), intent(out) :: solid
+
+    solid%kind = find(names, input%text('SHAPE', i, 'KIND'))
+    solid%adds = input%text('SHAPE', i, 'OPERATION') == 'add'
+    select case (solid%kind)
+    case (solid_box, solid_trapezoid)
+      call need('LOWER')
+      call need('UPPER')
+      solid%lower = input%reals('SHAPE', i, 'LOWER', 3)
+      solid%upper = input%reals('SHAPE', i, 'UPPER', 3)
+      if (input%given('SHAPE', i, 'UPPER') .and. any(solid%upper <= solid%lower)) then
+        call input%report('SHAPE', i, 'UPPER', 'must be above LOWER on every axis')
+      end if
+      if (solid%kind == solid_trapezoid) call read_trapezoid()
+    case default
+      call need('CENTRE')
+      call need('RADIUS')
+      solid%centre = input%reals('SHAPE', i, 'CENTRE', 3)
+      solid%radius = input%real('SHAPE', i, 'RADIUS')
+      if (solid%kind == solid_cylinder) then
+        call need('LENGTH')
+        solid%length = input%real('SHAPE', i, 'LENGTH')
+        solid%axis = index('xyz', input%text('SHAPE', i, 'AXIS'))
+      end if
+    end select
+  contains
+    subroutine need(key)
+      character(*), intent(in) :: key
+
+      if (.not. input%given('SHAPE', i, key)) then
+        call input%report('SHAPE', i, key, "required for KIND = '"//input%text('SHAPE', i, &
+                          'KIND')//"'")
+      end if
+    end subroutine need
+
+    subroutine read_trapezoid()
+      call need('WIDTH_LOWER')
+      call need('WIDTH_UPPER')
+      solid%along = index('xyz', input%text('SHAPE', i, 'ALONG'))
+      solid%across = index('xyz', input%text('SHAPE', i, 'ACROSS'))
+      solid%width = [input%real('SHAPE', i, 'WIDTH_LOWER'), input%real('SHAPE', i, 'WIDTH_UPPER')]
+      if (solid%along == solid%across) then
+        call input%report('SHAPE', i, 'ACROSS', 'must be another axis than ALONG')
+      end if
+    end subroutine read_trapezoid
+  end subroutine read_solid
+
+  !> True if `x` is in the body made of `solids` in their order.
+  pure logical function is_inside(solids, x)
+    type(solid_t), intent(in) :: solids(:)
+    real(rp), intent(in) :: x(3)
+    integer :: i
+
+    is_inside = .false.
+    do i = size(solids), 1, -1
+      if (.not. holds(solids(i), x)) cycle
+      is_inside = solids(i)%adds
+      return
+    end do
+  end function is_inside
+
+  !> First body that contains `x`; 0 for none.
+  pure integer function body_at(list, x)
+    type(solids_t), intent(in) :: list(:)
+    real(rp), intent(in) :: x(3)
+
+    do body_at = 1, size(list)
+      if (is_inside(list(body_at)%solid, x)) return
+    end do
+    body_at = 0
+  end function body_at
+
+  !> True if a position lies in a body or on its surface.
+  pure logical function is_in_body(list, x, h)
+    type(solids_t), intent(in) :: list(:)
+    real(rp), intent(in) :: x(3)                       !! position [m]
+    real(rp), intent(in) :: h                          !! cell edge that scales the tolerance [m]
+    integer :: c
+
+    is_in_body = .false.
+    do c = 0, 7
+      is_in_body = is_in_body .or. body_at(list, x + 1.0e-6_rp*h*merge(1.0_rp, -1.0_rp, &
+                [btest(c, 0), btest(c, 1), btest(c, 2)])) > 0
+    end do
+  end function is_in_body
+
+  !> True if `x` lies in the solid.
+  pure logical function holds(solid, x)
+    type(solid_t), intent(in) :: solid
+    real(rp), intent(in) :: x(3)
+    real(rp) :: d(3), s, w
+
+    select case (solid%kind)
+    case (solid_box)
+      holds = all(x >= solid%lower .and. x < solid%upper)
+    case (solid_trapezoid)
+      holds = all(x >= solid%lower .and. x < solid%upper)
+      s = (x(solid%along) - solid%lower(solid%along)) &
+          /(solid%upper(solid%along) - solid%lower(solid%along))
+      w = solid%width(1) + s*(solid%width(2) - solid%width(1))
+      holds = holds .and. abs(x(solid%across) - 0.5_rp*(solid%lower(solid%across) &
+                                                        + solid%upper(solid%across))) < 0.5_rp*w
+    case (solid_cylinder)
+      d = x - solid%centre
+      holds = abs(d(solid%axis)) < 0.5_rp*solid%length &
+              .and. sum(d**2) - d(solid%axis)**2 < solid%radius**2
+    case default
+      holds = sum((x - solid%centre)**2) < solid%radius**2
+    end select
+  end function holds
+
+  !> Bounding box of a solid [m].
+  pure subroutine bounds(solid, lower, upper)
+    type(solid_t), intent(in) :: solid
+    real(rp), intent(out) :: lower(3), upper(3)
+    real(rp) :: half(3)
+
+    lower = solid%lower
+    upper = solid%upper
+    if (solid%kind == solid_box .or. solid%kind == solid_trapezoid) return
+    half = solid%radius
+    if (solid%kind == solid_cylinder) half(solid%axis) = 0.5_rp*solid%length
+    lower = solid%centre - half
+    upper = solid%centre + half
+  end subroutine bounds
+
+  !> Bounding box of the solids that add material [m]; lower > upper if there is none.
+  pure subroutine extent_of(solids, lower, upper)
+    type(solid_t), intent(in) :: solids(:)
+    real(rp), intent(out) :: lower(3), upper(3)
+    real(rp) :: low(3), high(3)
+    integer :: i
+
+    lower = huge(1.0_rp)
+    upper = -huge(1.0_rp)
+    do i = 1, size(solids)
+      if (.not. solids(i)%adds) cycle
+      call bounds(solids(i), low, high)
+      lower = min(lower, low)
+      upper = max(upper, high)
+    end do
+  end subroutine extent_of
+
+  !> Anchor of lattices: a corner of a solid, or the centre of a round one [m].
+  pure function reference(solid) result(x)
+    type(solid_t), intent(in) :: solid
+    real(rp) :: x(3)
+
+    x = solid%lower
+    if (solid%kind == solid_box .or. solid%kind == solid_trapezoid) return
+    x = solid%centre
+    if (solid%kind == solid_cylinder) x(solid%axis) = x(solid%axis) - 0.5_rp*solid%length
+  end function reference
+
+end module setup_solids

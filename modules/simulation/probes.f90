@@ -1,0 +1,132 @@
+! SPDX-License-Identifier: MIT
+!> Thermocouples, massless points that move with the material and read its nodal temperature. A
+!> probe that leaves through a periodic side keeps its unwrapped position and reads the images of
+!> the nodes.
+module simulation_probes
+  use base_kinds, only: rp
+  use base_world, only: world_t
+  use grid_geometry, only: grid_t, nearest_node, patch_t, wrap
+  use transfer_weights, only: point_nodes
+  implicit none (type, external)
+  private
+
+  public :: probes_t
+  public :: update_probe_temperatures, move_probes, share_probes, assign_probes
+
+  !> Thermocouples that move with the material.
+  type :: probes_t
+    integer :: n = 0
+    integer, allocatable :: group(:)          !! group of the body that each probe is in
+    character(32), allocatable :: name(:)
+    real(rp), allocatable :: x(:, :)          !! (3, n) [m]
+    real(rp), allocatable :: temperature(:)   !! [K]
+    logical, allocatable :: is_mine(:)        !! probes moved by this rank
+  end type probes_t
+
+contains
+
+  !> Move this rank's probes by the grid velocity and read the temperature there (linear weights).
+  !> Nodes held for sleepers have received the temperature of only some of their particles: a probe
+  !> next to one keeps the temperature of the last conduction step.
+  subroutine move_probes(dt, patch, n_groups, g, probes, held)
+    real(rp), intent(in) :: dt                  !! [s]
+    type(patch_t), intent(in) :: patch
+    integer, intent(in) :: n_groups
+    real(rp), intent(in) :: g(8, patch%nn, n_groups)   !! velocity, temperature, -, mass of nodes
+    type(probes_t), intent(inout) :: probes
+    integer, intent(in), optional :: held(:)    !! nodes held for sleepers
+    real(rp) :: record(8), s(3), weight(0:7)
+    integer :: i, n, q(0:7)
+    logical :: is_whole
+
+    do n = 1, probes%n
+      if (.not. probes%is_mine(n)) cycle
+      s = patch%linear_place(probes%x(:, n))
+      where (patch%period > 0) s = 0.5_rp + modulo(s - 0.5_rp, real(patch%period, rp))
+      associate (nodes => g(:, :, probes%group(n)))
+        call point_nodes(s, patch%stride, 8, 0.0_rp, patch%nn, nodes, q, weight)
+        if (sum(weight) <= 0.0_rp) cycle           ! empty nodes have no temperature
+        record = matmul(nodes(:, q), weight)
+        if (patch%is_graded()) then
+          call to_mean_place(patch, probes%x(:, n), s)
+          call point_nodes(s, patch%stride, 8, 0.0_rp, patch%nn, nodes, q, weight)
+          record(4) = sum(nodes(4, q)*weight)
+        end if
+      end associate
+      probes%x(:, n) = probes%x(:, n) + dt*record(1:3)
+      is_whole = .true.
+      if (present(held)) is_whole = .not. any([(any(held == q(i)), i=0, 7)])
+      if (is_whole) probes%temperature(n) = record(4)
+    end do
+  end subroutine move_probes
+
+  !> Set the temperatures of the probes from `g`: capacity in lane 1, new temperature in lane 6.
+  subroutine update_probe_temperatures(patch, g, probes)
+    type(patch_t), intent(in) :: patch
+    real(rp), intent(in) :: g(8, patch%nn)
+    type(probes_t), intent(inout) :: probes
+    real(rp) :: s(3), weight(0:7)
+    integer :: n, q(0:7)
+
+    do n = 1, probes%n
+      if (.not. probes%is_mine(n)) cycle
+      s = patch%linear_place(probes%x(:, n))
+      if (patch%is_graded()) call to_mean_place(patch, probes%x(:, n), s)
+      call point_nodes(s, patch%stride, 1, 0.0_rp, patch%nn, g, q, weight)
+      if (sum(weight) > 0.0_rp) probes%temperature(n) = sum(weight*g(6, q))
+    end do
+  end subroutine update_probe_temperatures
+
+  !> Convert the place `s` on graded axes to that among the centres of the nodal functions, to
+  !> which nodal temperatures belong.
+  pure subroutine to_mean_place(patch, x, s)
+    type(patch_t), intent(in) :: patch
+    real(rp), intent(in) :: x(3)                !! [m]
+    real(rp), intent(inout) :: s(3)             !! [cells]
+    integer :: a
+
+    do a = 1, 3
+      if (patch%grading(a)%is_graded) s(a) = patch%grading(a)%mean_place(x(a)) - patch%all%lo(a)
+    end do
+  end subroutine to_mean_place
+
+  !> Share the places and temperatures of all probes among the ranks.
+  subroutine share_probes(world, probes)
+    type(world_t), intent(in) :: world
+    type(probes_t), intent(inout) :: probes
+    real(rp), allocatable :: known(:)
+    integer :: i, n
+
+    n = probes%n
+    if (n == 0) return
+    allocate (known(5*n), source=0.0_rp)
+    do i = 1, n
+      if (.not. probes%is_mine(i)) cycle
+      known(5*i - 4:5*i) = [probes%x(:, i), probes%temperature(i), 1.0_rp]
+    end do
+    call world%sum(known)
+    do i = 1, n
+      if (known(5*i) < 0.5_rp) cycle
+      probes%x(:, i) = known(5*i - 4:5*i - 2)
+      probes%temperature(i) = known(5*i - 1)
+    end do
+  end subroutine share_probes
+
+  !> Assign probes to ranks: each is moved by the owner of its nearest node, unless it has no
+  !> material around.
+  subroutine assign_probes(grid, patch, probes)
+    type(grid_t), intent(in) :: grid
+    type(patch_t), intent(in) :: patch
+    type(probes_t), intent(inout) :: probes
+    real(rp) :: x(3)
+    integer :: n
+
+    do n = 1, probes%n
+      x = probes%x(:, n)
+      call wrap(grid, x)
+      probes%is_mine(n) = patch%own%has(nearest_node(grid, x)) .and. &
+                          all(patch%period > 0 .or. nearest_node(grid, x) < patch%all%hi)
+    end do
+  end subroutine assign_probes
+
+end module simulation_probes

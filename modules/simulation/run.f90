@@ -1,0 +1,168 @@
+! SPDX-License-Identifier: MIT
+!> State of a run on this rank: clock, current step, roles of the particle blocks, accumulated
+!> sums, data shared with the other ranks, material at rest.
+module simulation_run
+  use base_kinds, only: i8, rp
+  use base_world, only: reduction_t
+  use grid_geometry, only: box_t
+  implicit none (type, external)
+  private
+
+  public :: budget_t, clock_t, exchange_t, motion_t, outcome_t, sleepers_t, step_t
+
+  !> Simulated time and the quantities that determine the next step: equal on all ranks, stored in
+  !> checkpoints.
+  type :: clock_t
+    integer(i8) :: step = 0
+    real(rp) :: time = 0.0_rp, dt = 0.0_rp
+    integer(i8) :: sorted_at = -1        !! step of the last sort
+    real(rp) :: displacement = 0.0_rp    !! largest particle displacement since the last sort [m]
+    real(rp) :: heat_time = 0.0_rp       !! time of the last conduction step [s]
+    real(rp) :: heat_step = 0.0_rp       !! next implicit conduction step [s]; 0: none yet
+    real(rp) :: next_frame = 0.0_rp, next_history = 0.0_rp, next_checkpoint = 0.0_rp
+    real(rp) :: max_speed = 0.0_rp      !! largest grid velocity at a particle in the last step
+                                        !! [m/s]
+    integer(i8) :: refused = 0          !! steps that were repeated with a smaller dt
+    real(rp) :: stiffness = 0.0_rp      !! largest squared wave speed without mass scaling [m2/s2]
+    real(rp) :: mass_scaling = 1.0_rp   !! factor on inertia
+    logical :: is_stopped = .false.     !! a tool limit has ended the run
+    real(rp) :: inertial_peak = 0.0_rp  !! decaying maximum of rho v^2 over flow stress [-]
+  end type clock_t
+
+  !> Maxima over the particles of this rank at the end of a step, used by the acceptance of the
+  !> next.
+  type :: outcome_t
+    real(rp) :: stiffness = 0.0_rp       !! largest squared wave speed [m2/s2]
+    real(rp) :: speed2 = 0.0_rp          !! largest squared grid velocity at a particle [m2/s2]
+  end type outcome_t
+
+  !> The current step and its results.
+  type :: step_t
+    real(rp) :: asked_dt = 0.0_rp       !! step before any refusal [s]
+    real(rp) :: force_time = 0.0_rp     !! time at which external forces are evaluated [s]
+    real(rp) :: pic = 0.0_rp            !! PIC fraction of this step
+    type(outcome_t) :: last             !! maxima of the last step
+    integer :: fastest_node = 0         !! fastest node of this rank
+    real(rp) :: fastest_speed = 0.0_rp  !! its speed [m/s]
+    logical :: lost_row = .false.       !! a history row could not be written, on rank 0
+    real(rp) :: secured = 0.0_rp        !! wall-clock time of the last checkpoint [s]
+    ! Set by the acceptance of the step, equal on all ranks:
+    logical, allocatable :: is_near(:)       !! tools that particles of any rank may touch
+    logical :: is_broken = .false.           !! no step is possible from this state
+    character(:), allocatable :: reason      !! explanation if the state itself does not show it
+    logical :: is_unsolved = .false.         !! an implicit conduction step did not converge
+    integer :: signal = 0                    !! signal that arrived on any rank; 0: none
+    logical :: output_is_lost = .false.      !! a row could not be written
+    logical :: safety_is_due = .false.       !! a checkpoint against a crash is due
+    integer :: worst_returns = 0             !! largest number of failed return mappings of any rank
+  end type step_t
+
+  !> Reach of the particles of a block until the next sort: a cell of motion and half a cell of
+  !> support.
+  real(rp), parameter, public :: skin = 1.5_rp   !! [cells]
+
+  ! Indices of energies [J].
+  integer, parameter, public :: &
+    e_plastic = 1, &       !! plastic work
+    e_body = 2, &          !! work of gravity, body loads and tractions
+    e_wall = 3, &          !! work of walls and prescribed velocities
+    e_stress = 4, &        !! work of the stresses on the material, and of volume averaging
+    e_film = 5, &          !! heat lost through films on faces
+    e_wall_heat = 6, &     !! heat given by walls
+    e_source = 7, &        !! heat of the sources
+    e_friction = 8, &      !! friction heat between deformable bodies
+    e_contact = 9, &       !! energy lost in normal contact between deformable bodies
+    e_scaling = 10, &      !! kinetic energy given by changes of the mass scaling
+    e_conduction = 11, &   !! heat added by rounding in conduction steps
+    e_sleep = 12, &        !! kinetic energy removed from sleepers, and work of holding their nodes
+    e_normal_loss = 13, &  !! losses, without gains, of node pairs in normal contact of two
+                           !! deformable bodies
+    ! Energies and mass of removed debris:
+    d_kinetic = 14, d_elastic = 15, d_heat = 16, &
+    d_mass = 17         !! [kg]
+  integer, parameter, public :: &
+    e_tool = 18         !! heat that tools take from the bodies
+  integer, parameter, public :: n_sums = 18
+
+  !> Energies, impulses and counts that a rank accumulates since t = 0; tools keep their own sums.
+  !> One assignment restores them after a refused step (step_schedule).
+  type :: budget_t
+    real(rp) :: sums(n_sums) = 0.0_rp             !! energies by the indices above [J]
+    real(rp), allocatable :: impulse(:, :)        !! (3, conditions) impulse of walls and clamps on
+                                                  !! this rank's particles [N s]
+    real(rp), allocatable :: hooks(:)             !! sums of the hooks (simulation_parts)
+    integer :: failed_returns = 0                 !! return mappings that did not converge
+    real(rp), allocatable :: warnings(:)          !! particle-steps outside the validity range of a
+                                                  !! flow law, by warning
+    real(rp), allocatable :: warning_place(:, :)  !! (5, warnings) time [s], temperature [K] and
+                                                  !! position [m] of the first occurrence
+  end type budget_t
+
+  !> Load imbalance of the steps of this run: the most loaded rank over the mean.
+  type :: balance_t
+    real(rp) :: now = 1.0_rp                  !! imbalance until the next sort
+    real(rp) :: worst = 1.0_rp, sum = 0.0_rp  !! largest value over the steps, and sum over the
+                                              !! steps
+    integer :: cuts = 0                       !! partitions of the grid, including the first one
+    real(rp) :: waited = 0.0_rp               !! time that this rank waited for the reductions of
+                                              !! the steps [s]
+  end type balance_t
+
+  !> Blocks updated before all ranks have accepted the step, and the state restored after a refusal
+  !> (step_schedule).
+  type :: speculation_t
+    logical :: is_possible = .false.         !! speculation is possible in this step
+    integer :: n_done = 0                    !! blocks already updated, in the order of
+                                             !! particles%order
+    real(rp), allocatable :: saved(:, :, :)  !! particles of these blocks before the update
+    type(budget_t) :: budget                 !! budget before the step
+  end type speculation_t
+
+  !> Data that the ranks share in a step.
+  type :: exchange_t
+    type(box_t), allocatable :: boxes(:)     !! (0:size-1) nodes of each rank
+    type(balance_t) :: balance
+    type(reduction_t) :: acceptance          !! reduction of the acceptance
+    type(speculation_t) :: speculative
+  end type exchange_t
+
+  ! Indices of the sums of a cube over steps (sleep_motion).
+  integer, parameter, public :: m_mass = 1, &      !! mass times time [kg s]
+                                m_momentum = 2, &  !! momentum times time [kg m], 3
+                                m_impulse = 5      !! impulse on held nodes [N s], 3
+  integer, parameter, public :: n_motion = 7
+
+  !> Sleepers that share nodes with awake particles (sleep_held_layer).
+  type :: layer_t
+    logical :: is_stale = .true.            !! contributions must be gathered again
+    integer, allocatable :: node(:)         !! nodes to which this rank's sleepers contribute
+    real(rp), allocatable :: record(:, :)   !! (8, nodes) mass, momentum 0, force, heat
+    real(rp), allocatable :: volume(:, :)   !! (2 bodies, nodes)
+    integer, allocatable :: held(:)         !! nodes to which sleepers of any rank contribute
+    real(rp), allocatable :: mass(:)        !! mass of the sleepers there, of all ranks [kg]
+    logical, allocatable :: is_own(:)       !! held nodes owned by this rank
+    real(rp), allocatable :: impulse(:, :)  !! (3, held) impulse of holding in this step [N s]
+  end type layer_t
+
+  !> Motion of the nodes of each cube since the last sleep check (sleep_motion).
+  type :: motion_t
+    type(box_t) :: box                       !! box of cubes
+    real(rp) :: time = 0.0_rp                !! time since the last check [s]
+    real(rp), allocatable :: sums(:, :)      !! (n_motion, cubes) of this rank
+  end type motion_t
+
+  !> Material at rest: data that are constant while the same particles sleep in the same blocks.
+  type :: sleepers_t
+    type(layer_t) :: layer
+    type(motion_t) :: motion
+    !> Largest coordinates and largest negative ones, of the layer and of all sleepers [m].
+    real(rp), dimension(6) :: extent_layer = -huge(1.0_rp), extent_any = -huge(1.0_rp)
+    !> (z, y, x) nodes in reach of the layer and of all sleepers.
+    logical, allocatable :: near_layer(:, :, :), near_any(:, :, :)
+    type(box_t) :: cubes                      !! box of cubes at the last check, indexed from 0
+    integer, allocatable :: rest(:, :, :)     !! rest state of the particles of each cube
+    real(rp), allocatable :: far_force(:, :)  !! (3, conditions) force on the sleepers beyond the
+                                              !! layer [N]
+  end type sleepers_t
+
+end module simulation_run
