@@ -33,6 +33,7 @@ NOT_ENTERED = {
     "mpm_sweeps.accelerate": "MUSL, USAVG",
     "step_filter": "XPIC, FMPM",
     "contact_body_pairs": "contact of bodies",
+    "contact_body_kept": "contact of bodies",
     "sleep_held_layer": "sleepers",
     "sleep_motion": "sleepers",
     "mpm_prescribed": "known fields",

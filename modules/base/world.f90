@@ -6,9 +6,9 @@ module base_world
   use base_kinds, only: i8, rp
   use base_system, only: set_default_variable
   use base_timers, only: wall_time
-  use mpi_f08, only: mpi_abort, mpi_allreduce, mpi_barrier, mpi_bcast, mpi_character, mpi_comm, &
-                     mpi_comm_free, mpi_comm_rank, mpi_comm_size, mpi_comm_split_type, &
-                     mpi_comm_type_shared, mpi_comm_world, mpi_double_precision, mpi_finalize, &
+  use mpi_f08, only: mpi_abort, mpi_allgather, mpi_allgatherv, mpi_allreduce, mpi_barrier, &
+                     mpi_bcast, mpi_character, mpi_comm, mpi_comm_free, mpi_comm_rank, mpi_comm_size, &
+                     mpi_comm_split_type, mpi_comm_type_shared, mpi_comm_world, mpi_double_precision, mpi_finalize, &
                      mpi_get_library_version, mpi_iallreduce, mpi_in_place, mpi_info_null, &
                      mpi_init, mpi_integer, mpi_integer8, mpi_max, mpi_max_library_version_string, &
                      mpi_min, mpi_proc_null, mpi_request, mpi_sendrecv, mpi_status_ignore, &
@@ -28,7 +28,7 @@ module base_world
     generic :: sum => sum_reals, sum_longs, sum_integers, sum_long
     procedure, private :: max_reals
     generic :: max => max_reals
-    procedure :: broadcast, all_true, share_message, swap
+    procedure :: broadcast, gather, all_true, share_message, swap
   end type world_t
 
   !> Non-blocking maximum over ranks.
@@ -187,6 +187,20 @@ contains
 
     call mpi_bcast(a, size(a), mpi_double_precision, 0, self%comm)
   end subroutine broadcast
+
+  !> Collective. Columns `a` of all ranks, in the order of the ranks.
+  function gather(self, a) result(columns)
+    class(world_t), intent(in) :: self
+    real(rp), intent(in), contiguous :: a(:, :)
+    real(rp), allocatable :: columns(:, :)
+    integer :: before(0:self%size), i, sizes(self%size)
+
+    call mpi_allgather(size(a), 1, mpi_integer, sizes, 1, mpi_integer, self%comm)
+    before = [0, (sum(sizes(:i)), i=1, self%size)]
+    allocate (columns(size(a, 1), before(self%size)/size(a, 1)))
+    call mpi_allgatherv(a, size(a), mpi_double_precision, columns, sizes, before(:self%size - 1), &
+                        mpi_double_precision, self%comm)
+  end function gather
 
   !> True if `ok` holds on every rank.
   logical function all_true(self, ok)

@@ -3,13 +3,15 @@
 module contact_body_gaps
   use base_kinds, only: rp
   use base_world, only: world_t
-  use contact_body_near, only: list_near
+  use contact_body_kept, only: recall
+  use contact_body_near, only: far_distance, list_near
   use contact_body_normals, only: average_normals, try_normals
   use contact_body_sums, only: sum_particles
-  use contact_body_surfaces, only: choose_normal, first_stretches, measure_mean, &
-                                   measure_shared, choose_mean
+  use contact_body_surfaces, only: choose_normal, first_stretches, gap_between, &
+                                   measure_mean, measure_shared, choose_mean
   use particles_store, only: f_mass, particles_t
-  use simulation_node_pairs, only: min_weight, n_sums_all, n_sums_gradient, n_trials, node_pairs_t
+  use simulation_node_pairs, only: min_weight, n_kept, n_sums_all, n_sums_gradient, n_trials, &
+                                   node_pairs_t
   use simulation_nodes, only: append, min_node_mass, nodes_t
   use simulation_parts, only: boundary_t
   use simulation_run, only: clock_t
@@ -39,6 +41,7 @@ contains
     end if
     call list_nodes(scene, clock, nodes, pairs, g)
     call mark_walls(scene, boundary, pairs)
+    call take_over(world, scene, nodes, pairs)
     call list_near(scene, particles, nodes, pairs)
     call choose_normals(world, scene, nodes, pairs)
     call average_normals(scene, nodes, pairs, g)
@@ -49,8 +52,30 @@ contains
     pairs%is_known = .true.
   end subroutine find_node_pairs
 
-  !> Collective. Find normals and gaps of all entries, each from its own particles; immediately
-  !> where no other rank or image contributes.
+  !> Collective. Take normals and surfaces over from the last step; entries without them are due.
+  subroutine take_over(world, scene, nodes, pairs)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(inout) :: nodes
+    type(node_pairs_t), intent(inout) :: pairs
+    real(rp) :: values(n_kept - 1, pairs%n)    ! normal, surfaces, path; less than 0 without them
+    integer :: e
+
+    call recall(scene, nodes%patch, pairs, values)
+    call sum_entries(world, nodes, pairs, .true., size(values, 1), values)
+    do e = 1, pairs%n
+      pairs%is_due(e) = pairs%may_touch(e) .and. values(6, e) < 0.0_rp
+      if (values(6, e) < 0.0_rp) values(:, e) = 0.0_rp
+      pairs%normal(:, e) = values(1:3, e)
+      pairs%ends(:, e) = values(4:5, e)
+      pairs%way(e) = values(6, e)
+      pairs%gap(e) = far_distance
+      if (pairs%may_touch(e) .and. .not. pairs%is_due(e)) pairs%gap(e) = gap_between(values(4:5, e))
+    end do
+  end subroutine take_over
+
+  !> Collective. Find normals and gaps of all entries that are due, each from its own particles;
+  !> immediately where no other rank or image contributes.
   subroutine choose_normals(world, scene, nodes, pairs)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -96,8 +121,7 @@ contains
     type(nodes_t), intent(in) :: nodes
     type(node_pairs_t), intent(inout) :: pairs
     real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
-    integer :: c, e, i, n, r, width
-    logical :: has_mass(nodes%n_groups)
+    integer :: c, e, i, k, n, n_bodies, r, width
 
     call pairs%reset(nodes%patch%nn)
     width = n_sums_gradient
@@ -106,11 +130,14 @@ contains
     if (.not. allocated(pairs%found)) allocate (pairs%found(3, 1))
     do r = 1, nodes%n_ranges
       do i = nodes%range(1, r), nodes%range(2, r)
-        has_mass = g(8, i, :) > min_node_mass
-        if (count(has_mass) < 2) cycle
+        n_bodies = 0
+        do k = 1, nodes%n_groups
+          if (g(8, i, k) > min_node_mass) n_bodies = n_bodies + 1
+        end do
+        if (n_bodies < 2) cycle
         do c = 1, size(scene%contact)
-          if (all(has_mass(scene%contact(c)%group))) call append(pairs%found, n, &
-                                                                 [i, c, nodes%range(3, r)])
+          if (any(g(8, i, scene%contact(c)%group) <= min_node_mass)) cycle
+          call append(pairs%found, n, [i, c, nodes%range(3, r)])
         end do
       end do
     end do

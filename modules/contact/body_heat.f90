@@ -2,6 +2,8 @@
 !> Friction heat between bodies.
 module contact_body_heat
   use base_kinds, only: nlane, rp
+  use contact_body_near, only: may_reach
+  use mpm_blocks, only: corners_of, weights_of
   use particles_store, only: f_heat, f_mass, particles_t
   use simulation_node_pairs, only: node_pairs_t
   use simulation_nodes, only: nodes_t
@@ -43,62 +45,78 @@ contains
     type(particles_t), intent(inout) :: particles
     type(nodes_t), intent(in) :: nodes
     type(node_pairs_t), intent(inout) :: pairs
-    integer :: b, e, k
+    real(rp) :: high(3), low(3), w(nlane, 18)
+    integer :: b, e, first(nlane)
 
     if (all(abs(pairs%heat) <= 0.0_rp)) return
     associate (near => pairs%near)
-      call gather_heat(scene, nodes, pairs)
-      do b = 1, near%n_blocks
-        associate (block => near%block(b))
-          call heat_block(particles%count(block), nodes%patch%stride, nodes%patch%nn, &
-                          near%heat(:, scene%body(particles%body(block))%group), &
-                          near%is_hot, near%first(:, b), near%w(:, :, b), clock%mass_scaling, &
-                          particles%ps(:, f_mass, block), particles%ps(:, f_heat, block))
-        end associate
+      call gather_heat(scene, nodes, pairs, low, high)
+      do b = 1, particles%nblk
+        if (.not. may_reach(scene, particles%ball(:, b), low, high)) cycle
+        call corners_of(scene, nodes, particles%nf, particles%ps(:, :, b), first)
+        if (.not. any(near%is_hot(first(:particles%count(b))))) cycle
+        call weights_of(scene, nodes, particles%body(b), particles%nf, particles%ps(:, :, b), w, &
+                        first)
+        call heat_block(particles%count(b), nodes%patch%stride, nodes%patch%nn, &
+                        near%heat(:, scene%body(particles%body(b))%group), near%is_hot, first, &
+                        w, clock%mass_scaling, particles%ps(:, f_mass, b), &
+                        particles%ps(:, f_heat, b))
       end do
       do e = 1, pairs%n
-        do k = 1, 2
-          near%heat(pairs%node(e), scene%contact(pairs%pair(e))%group(k)) = 0.0_rp
-        end do
+        if (all(abs(pairs%heat(:, e)) <= 0.0_rp)) cycle
+        near%heat(pairs%node(e), scene%contact(pairs%pair(e))%group) = 0.0_rp
+        call mark_corners(nodes%patch%stride, pairs%node(e), .false., near%is_hot)
       end do
     end associate
   end subroutine give_heat
 
-  !> Sum the heat of all entries of each node, for each group, and mark the corners whose nodes have
-  !> any.
-  pure subroutine gather_heat(scene, nodes, pairs)
+  !> Sum the heat of all entries of each node, for each group, mark the corners whose nodes have
+  !> any, and find the box of these nodes.
+  subroutine gather_heat(scene, nodes, pairs, low, high)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
     type(node_pairs_t), intent(inout) :: pairs
-    integer :: corner, e, i, j, k
+    real(rp), intent(out) :: low(3), high(3)   !! [m]
+    integer :: e, k
 
-    associate (near => pairs%near, stride => nodes%patch%stride)
-      near%is_hot(near%corner(1:near%n_corners)) = .false.
+    low = huge(1.0_rp)
+    high = -huge(1.0_rp)
+    associate (near => pairs%near)
       do e = 1, pairs%n
         if (all(abs(pairs%heat(:, e)) <= 0.0_rp)) cycle
+        low = min(low, pairs%x(:, e))
+        high = max(high, pairs%x(:, e))
         do k = 1, 2
           associate (heat => near%heat(pairs%node(e), scene%contact(pairs%pair(e))%group(k)))
             heat = heat + pairs%heat(k, e)
           end associate
         end do
-        do i = 0, 2
-          do j = 0, 2
-            do k = 0, 2
-              corner = pairs%node(e) - i*stride(1) - j*stride(2) - k
-              if (corner > 0) near%is_hot(corner) = .true.
-            end do
-          end do
-        end do
+        call mark_corners(nodes%patch%stride, pairs%node(e), .true., near%is_hot)
       end do
     end associate
   end subroutine gather_heat
+
+  !> Mark the corners of all groups of 27 nodes with node `q`.
+  pure subroutine mark_corners(stride, q, mark, is_marked)
+    integer, intent(in) :: stride(3), q
+    logical, intent(in) :: mark
+    logical, intent(inout) :: is_marked(:)
+    integer :: corner, i, j
+
+    do i = 0, 2
+      do j = 0, 2
+        corner = q - i*stride(1) - j*stride(2)
+        is_marked(max(1, corner - 2):corner) = mark
+      end do
+    end do
+  end subroutine mark_corners
 
   !> Interpolate the heat to `n` particles of a block.
   pure subroutine heat_block(n, stride, nn, node_heat, is_hot, first, w, mass_scaling, mass, heat)
     integer, intent(in) :: n, stride(3), nn, first(nlane)
     real(rp), intent(in) :: node_heat(nn)      !! heat over mass [J/kg]
     logical, intent(in) :: is_hot(nn)          !! corners of 27 nodes with heat
-    real(rp), intent(in) :: w(nlane, 9), mass_scaling, mass(nlane)
+    real(rp), intent(in) :: w(nlane, 18), mass_scaling, mass(nlane)
     real(rp), intent(inout) :: heat(nlane)     !! [J]
     real(rp) :: plane, all
     integer :: i, j, p, q

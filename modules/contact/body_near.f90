@@ -15,47 +15,53 @@ module contact_body_near
   implicit none (type, external)
   private
 
-  public :: first_stretch, list_near, sizes_along
+  public :: first_stretch, list_near, may_reach, sizes_along
 
   real(rp), parameter, public :: far_distance = 1.0e30_rp    !! beyond any surface [m]
 
 contains
 
-  !> List the particles with weight at entries, unless the bodies just move as one.
+  !> List the particles with weight at entries that are due.
   subroutine list_near(scene, particles, nodes, pairs)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
     type(nodes_t), intent(in) :: nodes
     type(node_pairs_t), intent(inout) :: pairs
-    logical :: may_touch(nodes%n_groups), is_needed(size(scene%contact))
-    real(rp) :: low(3), high(3), reach
+    logical :: may_touch(nodes%n_groups)
+    real(rp) :: low(3), high(3)
     integer :: b, c
 
     call pairs%near%reset_near(nodes%patch%nn, size(scene%body), nodes%n_groups)
     may_touch = .false.
-    do c = 1, size(is_needed)
-      associate (contact => scene%contact(c))
-        is_needed(c) = contact%normal == moves_as_one .and. any(scene%is_rigid_group(contact%group))
-        if (is_needed(c) .or. contact%normal /= moves_as_one) may_touch(contact%group) = .true.
-      end associate
+    do c = 1, size(scene%contact)
+      if (scene%contact(c)%normal /= moves_as_one) may_touch(scene%contact(c)%group) = .true.
     end do
-    call list_corners(nodes, pairs, is_needed, low, high)
+    call list_corners(nodes, pairs, low, high)
     if (pairs%near%n_corners == 0) return
     do b = 1, particles%nblk
       if (.not. may_touch(scene%body(particles%body(b))%group)) cycle
-      reach = particles%ball(4, b) + (1.0_rp + skin)*scene%grid%longest()
-      if (any(particles%ball(1:3, b) + reach < low)) cycle
-      if (any(particles%ball(1:3, b) - reach > high)) cycle
+      if (.not. may_reach(scene, particles%ball(:, b), low, high)) cycle
       call list_block(scene, nodes, pairs%near, b, particles%body(b), particles%count(b), &
                       particles%nf, particles%ps(:, :, b))
     end do
   end subroutine list_near
 
-  !> List the corners of all groups of 27 nodes with a needed entry, and the box of these entries.
-  subroutine list_corners(nodes, pairs, is_needed, low, high)
+  !> True if particles of the block in `ball` may have weight at nodes in the box from `low` to
+  !> `high`.
+  pure logical function may_reach(scene, ball, low, high)
+    type(scene_t), intent(in) :: scene
+    real(rp), intent(in) :: ball(4), low(3), high(3)     !! [m]
+    real(rp) :: reach
+
+    reach = ball(4) + (1.0_rp + skin)*scene%grid%longest()
+    may_reach = all(ball(:3) + reach >= low) .and. all(ball(:3) - reach <= high)
+  end function may_reach
+
+  !> List the corners of all groups of 27 nodes with an entry that is due, and the box of these
+  !> entries.
+  subroutine list_corners(nodes, pairs, low, high)
     type(nodes_t), intent(in) :: nodes
     type(node_pairs_t), intent(inout) :: pairs
-    logical, intent(in) :: is_needed(:)        !! contacts of bodies that move as one
     real(rp), intent(out) :: low(3), high(3)   !! [m]
     integer :: corner, e, i, j, k
 
@@ -63,7 +69,7 @@ contains
     high = -huge(1.0_rp)
     associate (near => pairs%near)
       do e = 1, pairs%n
-        if (.not. (is_needed(pairs%pair(e)) .or. pairs%may_touch(e))) cycle
+        if (.not. pairs%is_due(e)) cycle
         low = min(low, pairs%x(:, e))
         high = max(high, pairs%x(:, e))
         do i = 0, 2
@@ -95,7 +101,6 @@ contains
     call corners_of(scene, nodes, nf, ps, first)
     if (all(near%bin(first(:n), body) < 0)) return
     call weights_of(scene, nodes, body, nf, ps, w, first)
-    if (scene%method%conducts) call near%add_block(b, first, w(:, 1:9))
     half = half_lengths(scene, body, n, nf, ps)
     longest = lengths(scene, body, n, nf, ps, half)
     rows(:, :u_weights - 1) = rows_of(scene, n, nf, ps, half)

@@ -35,7 +35,7 @@ contains
     associate (s => pairs%sums(:, e), t => pairs%trial(:, :, e), &
                contact => scene%contact(pairs%pair(e)))
       t = 0.0_rp
-      if (.not. pairs%may_touch(e)) return
+      if (.not. pairs%is_due(e)) return
       t(:, 1) = s(1:3) - s(4:6)
       if (contact%normal == normal_regression) then
         t(:, 1) = plane_between(ridge*(patch%h/mean_edge(patch%h))**2, s(s_moment:s_moment + 13))
@@ -102,8 +102,7 @@ contains
     end do
     pairs%mean = 0.0_rp
     do e = 1, pairs%n
-      if (.not. pairs%is_owned(e)) cycle
-      if (.not. pairs%may_touch(e)) cycle
+      if (.not. (pairs%is_owned(e) .and. pairs%is_due(e))) cycle
       do i = -1, 1
         do j = -1, 1
           q = pairs%node(e) + i*nodes%patch%stride(1) + j*nodes%patch%stride(2)

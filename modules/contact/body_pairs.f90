@@ -90,6 +90,7 @@ contains
         if (any(scene%is_rigid_group(contact%group))) cycle
         sums(2) = sums(2) + normal_loss_at(scene, nodes, pairs, e, dt, contact%group, 0.0_rp, &
                                           g(:, q, contact%group))
+        if (pairs%state(e) == is_apart) cycle
         sums(3) = sums(3) + normal_loss_at(scene, nodes, pairs, e, dt, contact%group, 1.0_rp, &
                                           g(:, q, contact%group))
       end associate

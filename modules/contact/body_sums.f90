@@ -30,7 +30,7 @@ contains
     pairs%sums(:, e) = 0.0_rp
     associate (near => pairs%near, contact => scene%contact(pairs%pair(e)))
       pairs%item(:, e) = near%n_items
-      if (.not. pairs%may_touch(e)) return
+      if (.not. pairs%is_due(e)) return
       do side = 1, 2
         call list_items(scene, patch, contact%group(side), pairs%node(e), near)
         pairs%item(side + 1, e) = near%n_items

@@ -13,7 +13,7 @@ module contact_body_surfaces
   implicit none (type, external)
   private
 
-  public :: choose_normal, first_stretches, measure_mean, measure_shared, choose_mean
+  public :: choose_normal, first_stretches, gap_between, measure_mean, measure_shared, choose_mean
 
   real(rp), parameter :: min_gap_gain = 1.0e-3_rp  !! smaller gap of a better founded direction that
                                                    !! is accepted [shortest cell edges]
@@ -33,7 +33,7 @@ contains
 
     pairs%outermost(:, e) = 0
     pairs%surface(:, :, e) = no_surface           ! all values are sent
-    if (.not. pairs%may_touch(e)) return
+    if (.not. pairs%is_due(e)) return
     do k = 1, n_trials - 1
       call measure(scene, pairs, e, pairs%trial(:, k, e), no_min_gap, &
                    pairs%surface(:, k, e), gap)
@@ -50,10 +50,7 @@ contains
     real(rp) :: gap(n_trials - 1), gap_tolerance
     integer :: chosen, k
 
-    pairs%gap(e) = far_distance
-    pairs%normal(:, e) = 0.0_rp
-    pairs%ends(:, e) = 0.0_rp
-    if (.not. pairs%may_touch(e)) return
+    if (.not. pairs%is_due(e)) return
     gap_tolerance = min_gap_gain*minval(patch%edges_at(pairs%x(:, e)))
     if (pairs%is_shared(e)) then
       do k = 1, size(gap)
@@ -129,7 +126,7 @@ contains
 
     do e = 1, pairs%n
       if (all(abs(pairs%mean(:, e)) <= 0.0_rp)) cycle
-      if (.not. pairs%may_touch(e)) cycle
+      if (.not. pairs%is_due(e)) cycle
       gap_tolerance = min_gap_gain*minval(patch%edges_at(pairs%x(:, e)))
       least = no_min_gap
       if (pairs%gap(e) > -far_distance .and. .not. pairs%is_shared(e)) least = pairs%gap(e) &
@@ -149,7 +146,7 @@ contains
 
     do e = 1, pairs%n
       if (all(abs(pairs%mean(:, e)) <= 0.0_rp)) cycle
-      if (.not. pairs%may_touch(e)) cycle
+      if (.not. pairs%is_due(e)) cycle
       gap_tolerance = min_gap_gain*minval(patch%edges_at(pairs%x(:, e)))
       gap = gap_between(pairs%surface(:, n_trials, e))
       if (gap < pairs%gap(e) - gap_tolerance .and. pairs%gap(e) > -far_distance) cycle

@@ -5,6 +5,7 @@ module output_checkpoint
   use base_kinds, only: i8, rp
   use io_checkpoint, only: notes_t, write_checkpoint
   use io_plausible, only: counts, least, numbers_t, speed_of_light
+  use simulation_node_pairs, only: n_kept
   use simulation_parts, only: simulation_t
   use simulation_probes, only: share_probes
   use simulation_run, only: n_sums
@@ -62,6 +63,7 @@ contains
     call share_probes(sim%world, sim%probes)
     last = [sim%step%last%stiffness, sim%step%last%speed2]
     call sim%world%max(last)
+    if (sim%nodes%n_groups > 1) call sim%pairs%gather_kept(sim%world)
     of_run%is_read = .false.
     allocate (of_run%value(0))
     of_rank = of_run
@@ -81,9 +83,10 @@ contains
     real(rp), intent(inout) :: last(2)
     type(numbers_t), intent(inout) :: numbers
     real(rp) :: far, n_cubes(3), n_probes, scaling
-    integer :: a, frames, probes
+    integer :: a, entries, frames, probes
 
     probes = sim%probes%n
+    entries = size(sim%pairs%kept, 2)
     n_probes = real(probes, rp)
     frames = 0
     if (allocated(sim%history%frame_times)) frames = size(sim%history%frame_times)
@@ -117,11 +120,17 @@ contains
         call s%pass_one(motion%box%hi(a), 'a bound of the cubes of nodes', -1.0_rp, n_cubes(a))
       end do
       call s%pass_one(motion%time, 'the time since sleep was last decided [s]', 0.0_rp)
+      call s%pass_one(entries, 'the number of nodes with a normal', 0.0_rp, &
+                      product(real(sim%scene%grid%n, rp))*size(sim%scene%body)**2)
       if (s%is_read) then
         associate (range => sim%scene%method%scaling_range)
           if (sim%scene%method%adapts_mass) c%mass_scaling = max(range(1), min(range(2), scaling))
         end associate
-        if (.not. s%has_set()) frames = 0
+        if (.not. s%has_set()) then
+          frames = 0
+          entries = 0
+        end if
+        sim%pairs%kept = spread(spread(0.0_rp, 1, n_kept), 2, entries)
         h%frame_times = spread(0.0_rp, 1, frames)
       end if
       far = maxval(abs(sim%scene%grid%lower)) + 1.0e9_rp*minval(sim%scene%grid%h)
@@ -132,6 +141,7 @@ contains
       call s%pass(frames, h%frame_times, 'the time of a frame [s]', 0.0_rp, c%time)
       call s%pass(size(h%row_impulse), h%row_impulse, 'a sum at the last row')
       call s%pass(size(h%row_sums), h%row_sums, 'a sum at the last row')
+      call s%pass(size(sim%pairs%kept), sim%pairs%kept, 'a normal between bodies')
     end associate
     call pass_tools(sim, far, numbers)
     call pass_tracers(sim, numbers)

@@ -58,6 +58,7 @@ contains
     n_moving = merge(sim%particles%nblk, sim%particles%n_awake, is_new)
     cuts = sim%exchange%balance%cuts
     call rebalance(sim, n_moving)
+    if (sim%world%size > 1 .and. sim%nodes%n_groups > 1) call sim%pairs%gather_kept(sim%world)
     keep = kept_rest(sim)
     if (is_new) keep = keep_none
     call redistribute(sim%world, sim%scene%grid, sim%nodes%patch, sim%exchange%boxes, &

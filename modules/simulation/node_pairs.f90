@@ -2,8 +2,10 @@
 !> Node pairs: nodes with mass of two bodies with velocity fields of their own, listed in each step.
 !> A node has an entry for every pair of bodies with mass on it; its entries are contiguous.
 module simulation_node_pairs
-  use base_kinds, only: i8, nlane, rp
+  use base_kinds, only: i8, rp
+  use base_sort, only: order_of
   use base_system, only: allocate_aligned, free_aligned, resize_aligned
+  use base_world, only: world_t
   implicit none (type, external)
   private
 
@@ -12,6 +14,8 @@ module simulation_node_pairs
   ! Indices of the sums of an entry: volume gradients of both bodies; moments of the particles of
   ! both.
   integer, parameter, public :: s_gradient = 1, s_moment = 7, n_sums_gradient = 6, n_sums_all = 20
+  ! What is kept of an entry: its number, normal, surfaces, path.
+  integer, parameter, public :: n_kept = 7
   real(rp), parameter, public :: min_weight = 1.0e-6_rp   !! smallest weight of a particle that
                                                           !! counts for the gap
   ! Number of trial normals; the last one is a mean over the surrounding nodes.
@@ -45,16 +49,12 @@ module simulation_node_pairs
     real(rp), allocatable :: box(:, :)   !! (n_box, n_bundles or more) lower and upper corner of the
                                          !! box around the particle centres of a bundle, upper
                                          !! bound of half their lengths [m]
-    integer :: n_blocks = 0              !! particle blocks that may be near, with heat conduction
-    integer, allocatable :: block(:)     !! (n_blocks)
-    integer, allocatable :: first(:, :)  !! (nlane, n_blocks) corners of their particles
-    real(rp), allocatable :: w(:, :, :)  !! (nlane, 9, n_blocks) weights along the axes
     real(rp), allocatable :: heat(:, :)  !! (nn, groups) friction heat over mass [J/kg]
     logical, allocatable :: is_hot(:)    !! (nn) corners of nodes that receive heat
     integer :: n_items = 0               !! bundles with weight at entries, a list for each entry
     integer, allocatable :: item(:, :)   !! (2, n_items) bundle, place of the node in it
   contains
-    procedure :: reset_near, add_block, bundle_for, add_item, free
+    procedure :: reset_near, bundle_for, add_item, free
   end type near_t
 
   type :: node_pairs_t
@@ -86,9 +86,14 @@ module simulation_node_pairs
                                                !! first, the second's behind the second of these
     integer, allocatable :: outermost(:, :)    !! (2, n) items with the outermost particles
     real(rp), allocatable :: heat(:, :)        !! (2, n) friction heat over mass of both [J/kg]
+    logical, allocatable :: is_due(:)          !! the normal is found in this step
+    real(rp), allocatable :: way(:)            !! (n) path of the bodies since then [m]
+    real(rp), allocatable :: kept(:, :)        !! (n_kept, ) entries of the last step with a gap at
+                                               !! nodes of this rank (after gather_kept of all
+                                               !! ranks), in the order of their numbers
     type(near_t) :: near
   contains
-    procedure :: reset, reserve, place
+    procedure :: reset, reserve, place, gather_kept
   end type node_pairs_t
 
 contains
@@ -103,7 +108,6 @@ contains
     if (fits) fits = size(self%bin, 1) == nn
     if (fits) then
       self%bin(self%corner(1:self%n_corners), :) = -1
-      self%is_hot(self%corner(1:self%n_corners)) = .false.
     else
       if (allocated(self%bin)) deallocate (self%bin, self%corner, self%heat, self%is_hot)
       allocate (self%corner(nn))
@@ -111,42 +115,15 @@ contains
       allocate (self%heat(nn, groups), source=0.0_rp)
       allocate (self%is_hot(nn), source=.false.)
     end if
-    if (.not. allocated(self%block)) then
-      allocate (self%block(1), self%first(nlane, 1), self%w(nlane, 9, 1), self%before(1), &
-                self%filled(1), self%body(1), self%box(n_box, 1), self%item(2, 1))
+    if (.not. allocated(self%before)) then
+      allocate (self%before(1), self%filled(1), self%body(1), self%box(n_box, 1), self%item(2, 1))
       call allocate_aligned(int(bundle_lanes*n_bundle, i8), self%memory)
       self%bundle(1:bundle_lanes, 1:n_bundle, 1:1) => self%memory
     end if
     self%n_corners = 0
-    self%n_blocks = 0
     self%n_bundles = 0
     self%n_items = 0
   end subroutine reset_near
-
-  !> Append block `b` with the corners and weights of its particles.
-  pure subroutine add_block(self, b, first, w)
-    class(near_t), intent(inout) :: self
-    integer, intent(in) :: b, first(nlane)
-    real(rp), intent(in) :: w(nlane, 9)
-    integer, allocatable :: block(:), corners(:, :)
-    real(rp), allocatable :: weights(:, :, :)
-
-    associate (n => self%n_blocks)
-      if (n == size(self%block)) then
-        allocate (block(2*n), corners(nlane, 2*n), weights(nlane, 9, 2*n))
-        block(:n) = self%block
-        corners(:, :n) = self%first
-        weights(:, :, :n) = self%w
-        call move_alloc(block, self%block)
-        call move_alloc(corners, self%first)
-        call move_alloc(weights, self%w)
-      end if
-      n = n + 1
-      self%block(n) = b
-      self%first(:, n) = first
-      self%w(:, :, n) = w
-    end associate
-  end subroutine add_block
 
   !> Find the bundle `u` for `m` more particles of a body at a corner, behind lane `l`; `m` is
   !> reduced to the number of free lanes.
@@ -248,13 +225,14 @@ contains
       if (size(self%node) == n) return
       deallocate (self%node, self%pair, self%is_owned, self%may_touch, self%is_shared, self%state, &
                   self%x, self%free, self%sums, self%trial, self%mean, self%surface, self%normal, &
-                  self%ends, self%gap, self%item, self%outermost, self%heat)
+                  self%ends, self%gap, self%item, self%outermost, self%heat, self%is_due, &
+                  self%way)
     end if
     allocate (self%node(n), self%pair(n), self%is_owned(n), self%may_touch(n), self%is_shared(n), &
               self%state(n), self%gap(n), self%heat(2, n), self%x(3, n), self%free(3, n), &
               self%normal(3, n), self%sums(width, n), self%trial(3, n_trials - 1, n), &
               self%mean(3, n), self%surface(2, n_trials, n), self%ends(2, n), self%item(3, n), &
-              self%outermost(2, n))
+              self%outermost(2, n), self%is_due(n), self%way(n))
   end subroutine reserve
 
   !> Entry of a pair at node `q`; 0 if there is none.
@@ -275,5 +253,15 @@ contains
       place = 0
     end if
   end function place
+
+  !> Collective. Give the kept entries of all ranks to each rank: other ranks may own their nodes
+  !> from now on.
+  subroutine gather_kept(self, world)
+    class(node_pairs_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+
+    self%kept = world%gather(self%kept)
+    self%kept = self%kept(:, order_of(self%kept(:1, :)))
+  end subroutine gather_kept
 
 end module simulation_node_pairs

@@ -9,7 +9,7 @@ module simulation_parts
   use input_values, only: input_t
   use particles_store, only: particles_t
   use particles_tracers, only: tracers_t
-  use simulation_node_pairs, only: node_pairs_t
+  use simulation_node_pairs, only: n_kept, node_pairs_t
   use simulation_nodes, only: nodes_t
   use simulation_probes, only: probes_t
   use simulation_run, only: budget_t, clock_t, exchange_t, sleepers_t, step_t
@@ -168,6 +168,7 @@ contains
               self%budget%impulse(3, n), self%history%row_impulse(3, n), &
               self%history%row_sums(n_tool_sums, size(self%tool)), &
               self%boundary%mirrors%lost(8, size(self%scene%symmetry)), source=0.0_rp)
+    allocate (self%pairs%kept(n_kept, 0))
     call self%nodes%allocate_scratch()
   end subroutine prepare_scratch
 

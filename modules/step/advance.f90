@@ -7,6 +7,7 @@ module step_advance
   use base_timers, only: ph_nodes, ph_to_particles
   use boundary_clamps, only: hold_walls
   use boundary_symmetry, only: record_impulse, restore_velocities
+  use contact_body_kept, only: keep_entries
   use contact_body_pairs, only: join_bodies
   use mpm_fbar, only: clear_volume, sum_volume
   use mpm_sweeps, only: accelerate, grid_to_particles, momentum_to_grid, update_stress
@@ -75,6 +76,7 @@ contains
     else if (sim%scene%method%filters_in(sim%clock%step)) then
       call filter_velocity(sim, g_motion, sim%nodes%g2, sim%nodes%increment)
     end if
+    if (sim%nodes%n_groups > 1) call keep_entries(sim%scene, sim%nodes, dt, g_motion, sim%pairs)
     call sim%timer%lap(ph_nodes)
     call grid_to_particles(sim, dt, g_motion, g_strain, (1.0_rp - stress_fraction_before)*dt, &
                            outcome)
