@@ -7,12 +7,12 @@ module base_world
   use base_system, only: set_default_variable
   use base_timers, only: wall_time
   use mpi_f08, only: mpi_abort, mpi_allgather, mpi_allgatherv, mpi_allreduce, mpi_barrier, &
-                     mpi_bcast, mpi_character, mpi_comm, mpi_comm_free, mpi_comm_rank, mpi_comm_size, &
-                     mpi_comm_split_type, mpi_comm_type_shared, mpi_comm_world, mpi_double_precision, mpi_finalize, &
-                     mpi_get_library_version, mpi_iallreduce, mpi_in_place, mpi_info_null, &
-                     mpi_init, mpi_integer, mpi_integer8, mpi_max, mpi_max_library_version_string, &
-                     mpi_min, mpi_proc_null, mpi_request, mpi_sendrecv, mpi_status_ignore, &
-                     mpi_sum, mpi_test, mpi_wait
+                     mpi_bcast, mpi_character, mpi_comm, mpi_comm_free, mpi_comm_rank, &
+                     mpi_comm_size, mpi_comm_split_type, mpi_comm_type_shared, mpi_comm_world, &
+                     mpi_double_precision, mpi_finalize, mpi_get_library_version, mpi_iallreduce, &
+                     mpi_in_place, mpi_info_null, mpi_init, mpi_integer, mpi_integer8, mpi_max, &
+                     mpi_max_library_version_string, mpi_min, mpi_proc_null, mpi_request, &
+                     mpi_sendrecv, mpi_status_ignore, mpi_sum, mpi_test, mpi_wait
   implicit none (type, external)
   private
 
