@@ -6,7 +6,7 @@
 module heat_implicit
   use base_kinds, only: rp
   use heat_linear, only: backward_euler, by_petsc, linear_t, tr_bdf2
-  use heat_rates, only: heat_t, n_books
+  use heat_rates, only: heat_t, n_heats
   implicit none (type, external)
   private
 
@@ -68,9 +68,9 @@ contains
     real(rp), intent(in) :: dt                    !! [s]
     real(rp), allocatable, intent(in) :: y0(:)    !! [K]
     real(rp), allocatable, intent(in) :: m0(:)    !! [K/s]
-    real(rp), intent(in) :: p0(n_books)           !! [W]
-    real(rp), intent(out) :: gain(n_books)        !! heat of the step [J]
-    real(rp) :: p(n_books)
+    real(rp), intent(in) :: p0(n_heats)           !! [W]
+    real(rp), intent(out) :: gain(n_heats)        !! heat of the step [J]
+    real(rp) :: p(n_heats)
     integer :: n
 
     n = heat%size()
@@ -139,7 +139,7 @@ contains
     type(heat_t), intent(inout) :: heat
     real(rp), intent(in) :: a                     !! coefficient of the rate [s]
     real(rp), intent(in) :: step_fraction
-    real(rp), intent(out) :: p(n_books)
+    real(rp), intent(out) :: p(n_heats)
     real(rp) :: worst(1), before, relative
     integer :: k, n
 

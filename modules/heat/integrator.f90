@@ -7,7 +7,7 @@ module heat_integrator
   use base_kinds, only: i8, rp
   use heat_implicit, only: implicit_t, order_of
   use heat_linear, only: backward_euler, euler, rkl2, tr_bdf2
-  use heat_rates, only: heat_t, n_books
+  use heat_rates, only: heat_t, n_heats
   implicit none (type, external)
   private
 
@@ -28,11 +28,11 @@ module heat_integrator
     real(rp) :: last = 0.0_rp                      !! last accepted step [s]
     integer(i8) :: steps = 0, rejected = 0         !! accepted and rejected steps so far
     logical :: is_stuck = .false.                  !! a step failed; the state is that before it
-    real(rp) :: books(n_books) = 0.0_rp            !! heat of sources and films so far [J]
+    real(rp) :: heats(n_heats) = 0.0_rp            !! heat of sources and films so far [J]
     type(implicit_t) :: implicit
     logical, private :: has_rate = .false.         !! `m0` and `p0` are of the current state
     logical, allocatable, private :: was_on(:)
-    real(rp), private :: p0(n_books) = 0.0_rp
+    real(rp), private :: p0(n_heats) = 0.0_rp
     real(rp), allocatable, private, dimension(:) :: y0, y1, m0, m1
   contains
     procedure :: start, advance, pack_memory, unpack_memory
@@ -68,10 +68,10 @@ contains
     type(heat_t), intent(in) :: heat
     real(rp), intent(out) :: fields(:, :)                  !! (cells, n_kept)
     real(rp), allocatable, intent(out) :: numbers(:)       !! the same on all ranks
-    real(rp) :: of_solver(2), power(n_books*heat%world%size)
+    real(rp) :: of_solver(2), power(n_heats*heat%world%size)
 
     power = 0.0_rp
-    power(n_books*heat%world%rank + 1:n_books*(heat%world%rank + 1)) = self%p0
+    power(n_heats*heat%world%rank + 1:n_heats*(heat%world%rank + 1)) = self%p0
     call heat%world%sum(power)
     fields(:, 1) = self%m0(1:heat%size())
     call self%implicit%pack_memory(fields(:, 2:), of_solver)
@@ -93,7 +93,7 @@ contains
     self%was_on = numbers(4:3 + n) > 0.0_rp
     self%has_rate = numbers(4 + n) > 0.0_rp
     self%m0(1:heat%size()) = fields(:, 1)
-    associate (power => reshape(numbers(5 + n:), [n_books, (size(numbers) - 4 - n)/n_books]))
+    associate (power => reshape(numbers(5 + n:), [n_heats, (size(numbers) - 4 - n)/n_heats]))
       if (size(power, 2) == heat%world%size) then
         self%p0 = power(:, heat%world%rank + 1)
       else                               ! another number of ranks
@@ -110,7 +110,7 @@ contains
     type(heat_t), intent(inout) :: heat
     real(rp), intent(inout) :: t                   !! time [s]
     real(rp), intent(in) :: t_limit                !! latest end of the step [s]
-    real(rp) :: dt, error(1), gain(n_books), p1(n_books), t_end, dt_wanted
+    real(rp) :: dt, error(1), gain(n_heats), p1(n_heats), t_end, dt_wanted
     integer(i8) :: before
 
     before = self%rejected
@@ -160,7 +160,7 @@ contains
                                                                                  dt_wanted)
     if (is_implicit(self)) call self%implicit%save_mean_rate(heat, dt, self%y0)
     call heat%world%sum(gain)
-    self%books = self%books + gain
+    self%heats = self%heats + gain
     call swap(self%m0, self%m1)
     self%p0 = p1
     self%has_rate = .true.
@@ -195,8 +195,8 @@ contains
     class(integrator_t), intent(inout) :: self
     type(heat_t), intent(inout) :: heat
     real(rp), intent(in) :: dt
-    real(rp), intent(out) :: gain(n_books)
-    real(rp) :: a(5), b(-1:1), g(n_books), g1(n_books), gamma, mu, nu, p(n_books), w1, factor
+    real(rp), intent(out) :: gain(n_heats)
+    real(rp) :: a(5), b(-1:1), g(n_heats), g1(n_heats), gamma, mu, nu, p(n_heats), w1, factor
     integer :: j, s
 
     s = max(3, ceiling(0.5_rp*(sqrt(9.0_rp + 8.0_rp*dt*heat%max_decay_rate/stability_fraction) &

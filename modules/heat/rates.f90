@@ -11,9 +11,9 @@ module heat_rates
   implicit none (type, external)
   private
 
-  public :: heat_t, b_source, b_film, n_books
+  public :: heat_t, b_source, b_film, n_heats
 
-  integer, parameter :: b_source = 1, b_film = 2, n_books = 2  !! powers [W] or heats [J]
+  integer, parameter :: b_source = 1, b_film = 2, n_heats = 2  !! powers [W] or heats [J]
 
   !> Mesh, properties, boundary conditions, sources and state of a conduction problem.
   type :: heat_t
@@ -139,7 +139,7 @@ contains
     real(rp), intent(inout) :: y(1 - self%mesh%np:self%mesh%np*(self%mesh%nx + 1))
     real(rp), intent(in) :: step_fraction
     real(rp), intent(out) :: dydt(1 - self%mesh%np:self%mesh%np*(self%mesh%nx + 1))
-    real(rp), intent(out) :: power(n_books)       !! [W]
+    real(rp), intent(out) :: power(n_heats)       !! [W]
 
     dydt = 0.0_rp
     call self%fill(y)
@@ -163,7 +163,7 @@ contains
     real(rp), intent(in), dimension(1 - self%mesh%np:self%mesh%np*(self%mesh%nx + 1)) :: y, y0, m0
     real(rp), intent(inout) :: out(1 - self%mesh%np:self%mesh%np*(self%mesh%nx + 1))
     real(rp), intent(in) :: step_fraction
-    real(rp), intent(out) :: power(n_books)
+    real(rp), intent(out) :: power(n_heats)
     integer :: n
 
     n = self%size()
@@ -244,7 +244,7 @@ contains
     integer, intent(in) :: n
     real(rp), intent(in) :: factor, t(n), step_fraction
     real(rp), intent(inout) :: out(n)
-    real(rp), intent(out) :: power(n_books)
+    real(rp), intent(out) :: power(n_heats)
     real(rp) :: heat, slope
     integer :: c, i, s
 

@@ -10,7 +10,7 @@ module heat_alone_files
   use base_timers, only: cpu_seconds, wall_time
   use heat_alone_state, only: heat_run_t, read_probes, sample_cells, save_heat
   use heat_linear, only: by_cg, euler, method_names, rkl2, solver_names
-  use heat_rates, only: b_film, b_source, n_books
+  use heat_rates, only: b_film, b_source, n_heats
   use io_frames, only: frame_name, write_heat_frame, write_series
   use io_histories, only: row_t, table_t
   use output_guards, only: melting_t
@@ -133,7 +133,7 @@ contains
       call self%melting%update(run%heat%world, scene, sample_cells(scene, run), run%time)
     end if
     run%row_time = run%time
-    run%row_books = run%integrator%books
+    run%row_heats = run%integrator%heats
     run%rows = run%rows + 1
     run%lost_row = self%history%is_lost() .or. self%probes%is_lost()
   end subroutine row
@@ -143,7 +143,7 @@ contains
     type(heat_run_t), intent(in) :: run
     character(*), intent(in) :: names(:)      !! names of the probes
     type(row_t), intent(out) :: columns, probes
-    real(rp) :: sums(3), largest(1), error, in, out, power(n_books)
+    real(rp) :: sums(3), largest(1), error, in, out, power(n_heats)
     real(rp), allocatable :: t(:), read(:)
     integer :: n
 
@@ -156,13 +156,13 @@ contains
     end associate
     call run%heat%world%sum(sums)
     call run%heat%world%max(largest)
-    in = run%integrator%books(b_source)
-    out = run%integrator%books(b_film)
+    in = run%integrator%heats(b_source)
+    out = run%integrator%heats(b_film)
     error = sums(1) - run%content0 - in + out
     error = 100.0_rp*error/max(abs(in) + abs(out), 1.0e-6_rp*abs(run%content0), tiny(1.0_rp))
     power = 0.0_rp
     if (run%time > run%row_time) then
-      power = (run%integrator%books - run%row_books)/(run%time - run%row_time)
+      power = (run%integrator%heats - run%row_heats)/(run%time - run%row_time)
     end if
     call columns%add('time', 's', run%time)
     call columns%add('step', '', real(run%integrator%steps, rp))

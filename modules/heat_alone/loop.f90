@@ -74,7 +74,7 @@ contains
     end do
     if (status == ended_well .and. .not. (is_lost .or. error%is_set())) then
       call writer%write_due(scene, run, .true., .false., error)
-      if (all(abs(run%integrator%books) <= 0.0_rp) .and. size(run%heat%source) > 0 &
+      if (all(abs(run%integrator%heats) <= 0.0_rp) .and. size(run%heat%source) > 0 &
           .and. run%heat%world%is_root()) call say( &
         'warning: no &SOURCE has given any heat: do they touch a surface that looks up?')
     else if ((status == ended_by_signal .or. run%integrator%is_stuck) .and. .not. is_lost) then

@@ -9,7 +9,7 @@ module heat_alone_state
   use base_world, only: world_t
   use heat_integrator, only: integrator_t, n_kept
   use heat_mesh, only: heat_mesh_t
-  use heat_rates, only: heat_t, n_books
+  use heat_rates, only: heat_t, n_heats
   use io_checkpoint, only: notes_t, read_heat_checkpoint, write_heat_checkpoint
   use io_plausible, only: counts, is_between, least, most, numbers_t
   use output_checkpoint, only: checkpoint_path, make_notes
@@ -26,7 +26,7 @@ module heat_alone_state
     real(rp) :: time = 0.0_rp                !! simulated time [s]
     real(rp) :: content0 = 0.0_rp            !! heat content at t = 0 [J]
     real(rp) :: row_time = -1.0_rp           !! time of the last history row [s]
-    real(rp) :: row_books(n_books) = 0.0_rp  !! heat of sources and films until then [J]
+    real(rp) :: row_heats(n_heats) = 0.0_rp  !! heat of sources and films until then [J]
     integer(i8) :: rows = 0                  !! history rows written so far
     logical :: lost_row = .false.            !! a row could not be written, on rank 0
     real(rp), allocatable :: frame_times(:)  !! times of the frames written so far [s]
@@ -274,11 +274,11 @@ contains
       call s%pass_one(i%next, 'the next step [s]', 0.0_rp)
       call s%pass_one(i%steps, 'the number of steps or refused steps', 0.0_rp, counts)
       call s%pass_one(i%rejected, 'the number of steps or refused steps', 0.0_rp, counts)
-      call s%pass(n_books, i%books, 'a heat of the balance [J]')
+      call s%pass(n_heats, i%heats, 'a heat of the balance [J]')
       call s%pass_one(run%content0, 'the heat at t = 0 [J]')
       call s%pass_one(run%row_time, 'the time of the last row [s]', 0.0_rp, run%time)
       call s%pass_one(i%last, 'the last step [s]', 0.0_rp)
-      call s%pass(n_books, run%row_books, 'a heat of the balance at the last row [J]')
+      call s%pass(n_heats, run%row_heats, 'a heat of the balance at the last row [J]')
       call s%pass_one(run%rows, 'the number of rows', 0.0_rp, counts)
       call s%pass_one(frames, 'the number of frames', 0.0_rp, real(size(s%value), rp))
       if (s%is_read) run%frame_times = spread(0.0_rp, 1, merge(frames, 0, s%has_set()))
@@ -301,8 +301,8 @@ contains
       if (s%error%is_set()) return
       if (s%has_set()) sources = nint(s%value(s%n))
       call s%expect(sources + 1, 'the flag of a source or of known rates', 0.0_rp, 1.0_rp)
-      ranks = max(1, (size(s%value) - s%n)/n_books)
-      call s%expect(n_books*ranks, 'the power in or out of a rank [W]')
+      ranks = max(1, (size(s%value) - s%n)/n_heats)
+      call s%expect(n_heats*ranks, 'the power in or out of a rank [W]')
       call s%finish()
     end associate
   end subroutine check_memory
