@@ -13,7 +13,8 @@ module transfer_conduction
   private
 
   public :: capacity_to_grid, pressure_to_grid, nodal_temperature, nodal_pressure, flux_to_grid
-  public :: temperature_increment, heat_particles, film_to_grid, surface_to_grid
+  public :: boundary_rates, film_to_grid, heat_particles, largest_rate, surface_to_grid
+  public :: temperature_increment
 
   real(rp), parameter, public :: min_capacity = 1.0e-30_rp  !! capacity below which a node is empty
                                                             !! [J/K]
@@ -143,6 +144,31 @@ contains
     end do
     lost = lost - heat
   end subroutine film_to_grid
+
+  !> Rates of a run of nodes, to lane 4 of `flux`: boundary conductances (lane 6) over capacities.
+  subroutine boundary_rates(n, g, flux)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: g(8, n)
+    real(rp), intent(inout) :: flux(8, n)
+    integer :: i
+
+    do i = 1, n
+      flux(4, i) = 0.0_rp
+      if (g(1, i) > min_capacity) flux(4, i) = flux(6, i)/g(1, i)
+    end do
+  end subroutine boundary_rates
+
+  !> Largest mean of the rates of nodes (lane 4 of `flux`) at the particles of a block [1/s].
+  real(rp) function largest_rate(n, w, first, stride, nn, flux, rec)
+    integer, intent(in) :: n, first(nlane), stride(3), nn
+    real(rp), intent(in) :: w(nlane, 18), flux(8, nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane)
+    type(lanes_t), parameter :: wanted = lanes_t(sloped=1, n_sloped=0, plain=4, n_plain=1)
+    real(rp) :: no_value(nlane, 0), no_slope(nlane, 0), rate(nlane, 1)
+
+    call gather_block(wanted, n, w, first, stride, nn, flux, rec, no_value, no_slope, rate)
+    largest_rate = maxval(rate(:n, 1))
+  end function largest_rate
 
   !> Temperature increment of a run of nodes, from conducted heat (lane 5 of `flux`) and stored
   !> heat. Lane 5 becomes the increment, lane 6 the new and lane 8 the old temperature, lane 7 the

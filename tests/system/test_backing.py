@@ -54,6 +54,22 @@ def test_two_half_spaces(run, seed, gap, integrator):
     assert np.abs(error).max() < 0.01
 
 
+@pytest.mark.parametrize("entered", [1e-2, 1e-4, 1e-6])
+def test_face_in_a_node_it_has_just_entered(run, entered):
+    """A face that has come into the support of a node by this part of a cell gives it a conductance with its first power and
+    a capacity with its second: conduction steps are as long as elsewhere, and the heat through the film within 1 %."""
+    metal, plate, hot, cold = draw(1)
+    film = 10.0 * metal["CONDUCTIVITY"] / 1e-3
+    sets = sets_of(metal, plate, hot, cold) | {"SURFACE.COEFFICIENT": film, "SHAPE.LOWER": f"0,0,{-entered * CELL}",
+                                               "SHAPE.UPPER": f"{CELL},{CELL},{20e-3 - entered * CELL}"}
+    done = run("backed_column", "--quiet", sets=sets, timeout=60)
+    history = done.results("backed_column").history()
+    conserves(history, BACKING)
+    wanted = CELL**2 * heat_through(history["time[s]"][-1], effusivity(metal), effusivity(plate), hot - cold, film)
+    print(entered, done.seconds, history[f"{BACKING}_heat_gained[J]"][-1] / wanted - 1.0)
+    assert history[f"{BACKING}_heat_gained[J]"][-1] == pytest.approx(wanted, rel=0.01)
+
+
 @pytest.mark.parametrize("seed", [1, 2])
 def test_plate_that_is_cooled(run, seed, tmp_path):
     """Steady: a wall at a temperature, metal, film, plate and its film to the surroundings in a row. Heat that the plate

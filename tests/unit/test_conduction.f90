@@ -4,9 +4,9 @@
 program test_conduction
   use base_kinds, only: nlane, rp
   use check, only: begin_tests, end_tests, expect_close
-  use transfer_conduction, only: capacity_to_grid, film_to_grid, flux_to_grid, heat_particles, &
-                                 nodal_pressure, nodal_temperature, pressure_to_grid, &
-                                 surface_to_grid, temperature_increment
+  use transfer_conduction, only: boundary_rates, capacity_to_grid, film_to_grid, flux_to_grid, &
+                                 heat_particles, largest_rate, nodal_pressure, nodal_temperature, &
+                                 pressure_to_grid, surface_to_grid, temperature_increment
   use transfer_kernels, only: g2p_values_block, p2g_affine_block
   use transfer_weights, only: block_weights, moment_weights, own_weights
   implicit none (type, external)
@@ -31,6 +31,7 @@ program test_conduction
     call test_pressure()
     call test_flux()
     call test_surface()
+    call test_rates()
     call test_heating()
     call test_affine()
     call test_values_back()
@@ -192,6 +193,23 @@ contains
     end do
     call compare('lanes without a surface', [g(7:8, :)], spread(0.0_rp, 1, 2*nn))
   end subroutine test_surface
+
+  !> Conductances over capacities, none at empty nodes, and their largest mean at the particles.
+  subroutine test_rates()
+    real(rp) :: flux(8, nn), g(8, nn), old(8, nn)
+
+    call random_number(g)
+    call random_number(flux)
+    g(1, ::3) = 0.0_rp
+    old = flux
+    call boundary_rates(nn, g, flux)
+    call compare('rates', flux(4, :), merge(old(6, :)/max(g(1, :), tiny(1.0_rp)), 0.0_rp, &
+                                            g(1, :) > 0.0_rp))
+    call compare('lanes that rates leave alone', [flux([1, 2, 3, 5, 6, 7, 8], :)], &
+                 [old([1, 2, 3, 5, 6, 7, 8], :)])
+    call expect_close('largest rate', largest_rate(n, w, first, stride, nn, flux, rec), &
+                      maxval(to_particles(0, flux(4, :))), rtol=1.0e-12_rp)
+  end subroutine test_rates
 
   !> From fluxes to increments of the nodes, and from there to the particles.
   subroutine test_heating()
