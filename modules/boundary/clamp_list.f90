@@ -3,8 +3,8 @@
 !> faces that lie between nodes (boundary_clamps).
 module boundary_clamp_list
   use base_kinds, only: rp
+  use boundary_clamps, only: box_has, slack
   use grid_geometry, only: wrap
-  use simulation_clamp, only: clamp_t
   use simulation_nodes, only: append, nodes_t
   use simulation_parts, only: column_t, simulation_t
   use simulation_scene, only: scene_t
@@ -12,8 +12,6 @@ module boundary_clamp_list
   private
 
   public :: list_clamps
-
-  real(rp), parameter :: slack = 1.0e-6_rp       !! tolerance of positions [cells]
 
 contains
 
@@ -27,6 +25,8 @@ contains
     sim%boundary%is_held(sim%boundary%mirrors%pair(1, :)) = .true.
     if (.not. allocated(sim%boundary%fixed)) allocate (sim%boundary%fixed(3, 64), &
                                                        sim%boundary%column(64))
+    if (allocated(sim%boundary%listed_node)) deallocate (sim%boundary%listed_node, &
+                                                         sim%boundary%listed_column)
     sim%boundary%n_fixed = 0
     sim%boundary%n_columns = 0
     do r = 1, sim%nodes%n_ranges
@@ -83,7 +83,7 @@ contains
 
     x = sim%nodes%patch%position(q)
     call wrap(sim%scene%grid, x)
-    if (is_fixed(sim, x) .and. holds(sim%nodes, sim%scene%clamp(c)%clamp, x)) then
+    if (is_fixed(sim, x) .and. box_has(sim, c, x)) then
       call append(sim%boundary%fixed, sim%boundary%n_fixed, [q, c, merge(1, 0, is_owned(sim, q))])
     end if
     do a = 1, 3
@@ -111,7 +111,7 @@ contains
       if (t <= -0.5_rp .or. t > 0.5_rp) return
       if (abs(t) <= slack .and. .not. sim%scene%method%is_bspline) return   ! face on a row of nodes
       y(a) = face
-      if (.not. holds(sim%nodes, clamp, y)) return
+      if (.not. box_has(sim, c, y)) return
       column%clamp = c
       column%axis = a
       column%weight = weights_at(sim%scene, t)
@@ -180,7 +180,7 @@ contains
     n_faces = 0
     do c = 1, size(sim%scene%clamp)
       associate (clamp => sim%scene%clamp(c)%clamp)
-        if (.not. holds(sim%nodes, clamp, x)) cycle
+        if (.not. box_has(sim, c, x)) cycle
         n_boxes = n_boxes + 1
         n_faces = n_faces + count(near_face(sim, clamp%upper, x)) &
           + count(near_face(sim, clamp%lower, x))
@@ -247,27 +247,9 @@ contains
     inside_any = .false.
     do c = 1, size(sim%scene%clamp)
       if (c == but) cycle
-      inside_any = inside_any .or. holds(sim%nodes, sim%scene%clamp(c)%clamp, x)
+      inside_any = inside_any .or. box_has(sim, c, x)
     end do
   end function inside_any
-
-  !> True if `x` or one of its nearest images is inside the box of a clamp.
-  pure logical function holds(nodes, clamp, x)
-    type(nodes_t), intent(in) :: nodes
-    class(clamp_t), intent(in) :: clamp
-    real(rp), intent(in) :: x(3)             !! [m]
-    real(rp) :: y(3)
-    logical :: inside(3)
-    integer :: turn
-
-    inside = .false.
-    do turn = -1, 1
-      y = x + nodes%patch%h*real(turn*nodes%patch%period, rp)
-      inside = inside .or. (y >= clamp%lower - slack*nodes%patch%h &
-                            .and. y <= clamp%upper + slack*nodes%patch%h)
-    end do
-    holds = all(inside)
-  end function holds
 
   !> True if this rank records a node; nodes outside the grid belong to the owner of the nearest
   !> inside.

@@ -11,15 +11,22 @@
 !> on it and the one in front, is brought towards rest by an impulse w lambda on both, at most the
 !> coefficient times the pressing impulse. Such a projection cannot add energy. The shear strength
 !> of the metal needs no limit of its own: the stress of the particles beside the wall has it.
+!>
+!> In the box of a clamp a tool that moves and the clamp prescribe different velocities of the same
+!> metal, which could go with neither: it would be crushed between held nodes and the tool. The
+!> clamp does not hold nodes within a cell of the surface of a tool that is in its box.
 module boundary_clamps
   use base_kinds, only: rp
+  use grid_geometry, only: length_along, wrap
   use simulation_nodes, only: min_node_inertia, min_node_mass
   use simulation_parts, only: column_nodes_t, column_t, simulation_t
   use simulation_run, only: e_wall
   implicit none (type, external)
   private
 
-  public :: hold_walls, release_held
+  public :: box_has, hold_walls, release_held, yield_to_tools
+
+  real(rp), parameter, public :: slack = 1.0e-6_rp   !! tolerance of positions [cells]
 
   !> Mass, over that of a node at the end of a body, below which the weight of a node is reduced.
   real(rp), parameter :: min_tail = 0.5_rp
@@ -280,5 +287,93 @@ contains
       end do
     end do
   end subroutine release_held
+
+  !> Take the nodes and columns near tools, at their places at the begin of a step, from the lists.
+  subroutine yield_to_tools(sim)
+    type(simulation_t), intent(inout) :: sim
+    logical :: meets(size(sim%tool), size(sim%scene%clamp))
+    integer, allocatable :: kept(:)
+    integer :: c, i, k
+
+    do c = 1, size(sim%scene%clamp)
+      do k = 1, size(sim%tool)
+        meets(k, c) = comes_into(sim, k, c)
+      end do
+    end do
+    if (.not. any(meets) .and. .not. allocated(sim%boundary%listed_node)) return
+    associate (now => sim%boundary)
+      if (.not. allocated(now%listed_node)) then
+        now%listed_node = now%fixed(:, :now%n_fixed)
+        now%listed_column = now%column(:now%n_columns)
+      end if
+      associate (node => now%listed_node, column => now%listed_column)
+        kept = pack([(i, i=1, size(node, 2))], [(holds(node(1, i), node(2, i)), &
+                                                 i=1, size(node, 2))])
+        now%is_held(node(1, :)) = .false.
+        now%is_held(node(1, kept)) = .true.
+        now%n_fixed = size(kept)
+        now%fixed(:, :size(kept)) = node(:, kept)
+        kept = pack([(i, i=1, size(column))], [(holds(column(i)%node(2), column(i)%clamp), &
+                                                i=1, size(column))])
+        now%n_columns = size(kept)
+        now%column(:size(kept)) = column(kept)
+      end associate
+      if (.not. any(meets)) deallocate (now%listed_node, now%listed_column)
+    end associate
+  contains
+    !> True if clamp `c` holds node `q` beside the tools that have come into its box.
+    logical function holds(q, c)
+      integer, intent(in) :: q, c
+      real(rp) :: d, edge, n(3), x(3)
+      integer :: k
+
+      holds = .true.
+      if (.not. any(meets(:, c))) return
+      x = sim%nodes%patch%position(q)
+      call wrap(sim%scene%grid, x)
+      do k = 1, size(sim%tool)
+        if (.not. meets(k, c)) cycle
+        call sim%tool(k)%distance(x, d, n, edge)
+        if (d >= length_along(sim%nodes%patch%edges_at(x), n)) cycle
+        if (d <= 0.0_rp .or. box_has(sim, c, x - d*n)) holds = .false.
+      end do
+    end function holds
+  end subroutine yield_to_tools
+
+  !> True if tool `k` moves relative to clamp `c` and the box around it overlaps that of the clamp.
+  pure logical function comes_into(sim, k, c)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: k, c
+    real(rp) :: lower(3), upper(3)
+
+    comes_into = .false.
+    associate (tool => sim%tool(k), clamp => sim%scene%clamp(c)%clamp)
+      if (clamp%is_wall .or. .not. tool%has_shape()) return
+      if (.not. (tool%drive%is_free .or. .not. clamp%is_uniform .or. any(abs(tool%omega) > 0.0_rp) &
+                 .or. any(abs(tool%velocity - clamp%velocity) > 0.0_rp))) return
+      call tool%bounds(lower, upper)
+      comes_into = all(lower <= clamp%upper .and. upper >= clamp%lower)
+    end associate
+  end function comes_into
+
+  !> True if `x` or one of its nearest images is inside the box of clamp `c`.
+  pure logical function box_has(sim, c, x)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: c
+    real(rp), intent(in) :: x(3)             !! [m]
+    real(rp) :: y(3)
+    logical :: inside(3)
+    integer :: turn
+
+    inside = .false.
+    associate (patch => sim%nodes%patch, clamp => sim%scene%clamp(c)%clamp)
+      do turn = -1, 1
+        y = x + patch%h*real(turn*patch%period, rp)
+        inside = inside .or. (y >= clamp%lower - slack*patch%h &
+                              .and. y <= clamp%upper + slack*patch%h)
+      end do
+    end associate
+    box_has = all(inside)
+  end function box_has
 
 end module boundary_clamps

@@ -123,7 +123,7 @@ contains
       if (has_temperature) symmetry%temperature = input%real('WALL', i, 'TEMPERATURE')
       scene%symmetry = [scene%symmetry, symmetry]
     else
-      clamp = clamp_t(place=i, held=wall%held)
+      clamp = clamp_t(place=i, held=wall%held, is_wall=.true.)
       if (wall%faces_up) clamp%upper(wall%axis) = wall%position
       if (.not. wall%faces_up) clamp%lower(wall%axis) = wall%position
       call append_clamp(scene%clamp, clamp)

@@ -16,6 +16,7 @@ module simulation_clamp
     real(rp) :: lower(3) = -huge(1.0_rp)  !! lower corner [m]; -huge: no face
     real(rp) :: upper(3) = huge(1.0_rp)
     logical :: held(3) = .true.       !! held components of the velocity
+    logical :: is_wall = .false.      !! of a &WALL, no &CLAMP
     real(rp) :: velocity(3) = 0.0_rp  !! velocity of all nodes at all times if it is uniform [m/s]
     logical :: is_uniform = .true.    !! else `velocity_at` gives the velocity
   contains

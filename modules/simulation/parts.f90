@@ -65,8 +65,10 @@ module simulation_parts
     logical, allocatable :: is_held(:)       !! (nn) nodes held by a clamp or wall, or behind one
     integer :: n_fixed = 0
     integer, allocatable :: fixed(:, :)      !! (3, n) node, clamp, 1 if owned
+    integer, allocatable :: listed_node(:, :)         !! the same with nodes that yield to tools
     integer :: n_columns = 0
     type(column_t), allocatable :: column(:)  !! columns of nodes across the faces of clamps
+    type(column_t), allocatable :: listed_column(:)   !! the same with those that yield to tools
     type(column_nodes_t) :: along(3)          !! nodes of the columns along each axis
     type(mirrors_t) :: mirrors                !! mirror nodes used in steps
     type(mirrors_t) :: resting_mirrors        !! mirror nodes of all particles, if some sleep

@@ -5,7 +5,7 @@
 module step_advance
   use base_kinds, only: rp
   use base_timers, only: ph_nodes, ph_to_particles
-  use boundary_clamps, only: hold_walls
+  use boundary_clamps, only: hold_walls, yield_to_tools
   use boundary_symmetry, only: record_impulse, restore_velocities
   use contact_body_kept, only: keep_entries
   use contact_body_pairs, only: join_bodies
@@ -102,6 +102,7 @@ contains
       if (method%transfer == transfer_apic .or. method%filters_in(sim%clock%step)) step%pic = 1.0_rp
       sim%pairs%is_known = .false.
     end associate
+    call yield_to_tools(sim)
   end subroutine begin_step
 
   !> Update the stress by `stress_fraction_before` of the step with the velocities before the

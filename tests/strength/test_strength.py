@@ -37,6 +37,14 @@ def test_no_heat_without_strength(group, tmp_path):
         assert not wrong, (seed, wrong, text)
 
 
+@pytest.mark.parametrize("seed", [98, 228, 256, 312, 585, 627, 310102])
+def test_scenes_of_faults(seed, tmp_path):
+    """Tools in the boxes of clamps, whose metal was crushed, and faces that had just entered a node, where conduction
+    stood still."""
+    _, _, wrong, text = scenes.run_scenes(1, seed, tmp_path)[0]
+    assert not wrong, (seed, wrong, text)
+
+
 @pytest.mark.parametrize("law", ["coulomb", "stick"])
 def test_molten_bodies_have_no_friction(law, tmp_path):
     """Friction between two pressed bodies, or what stops their slip, heats them below the melting point, and not at all

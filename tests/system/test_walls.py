@@ -316,6 +316,47 @@ def test_clamp_in_empty_space_feels_nothing(run, tmp_path):
     assert np.abs(history["clamp1_force_z[N]"]).max() == 0.0
 
 
+PRESSED = """
+&GRID CELL = 1e-3, LOWER = -4e-3, -4e-3, 0, UPPER = 14e-3, 14e-3, 9e-3 /
+&TIME END = 0.01, MASS_SCALING = 1e6 /
+&MATERIAL NAME = 'metal', LAW = 'norton', NORTON_K = 40e6, NORTON_N = 0.2, DENSITY = 2700, YOUNGS_MODULUS = 70e9, POISSON_RATIO = 0.33
+  SPECIFIC_HEAT = 1000, T_MELT = 900 /
+&BODY NAME = 'sheet', MATERIAL = 'metal' /
+&SHAPE BODY = 'sheet', LOWER = 0, 0, 0, UPPER = 10e-3, 10e-3, 3e-3 /
+&TOOL NAME = 'tool', RADIUS = 2.5e-3, HEIGHT = 6e-3, POSITION = 5e-3, 5e-3, 3.01e-3, FRICTION_LAW = 'shear-factor', SHEAR_FACTOR = 0.5 /
+&MOTION TOOL = 'tool', VELOCITY = 0, 0, -0.08, SPIN_RPM = 300 /
+&WALL SIDE = 'zmin', KIND = 'fixed' /
+&OUTPUT HISTORY_INTERVAL = 1e-3, CHECKPOINT_INTERVAL = 1 /
+"""
+
+
+def test_clamp_in_the_way_of_a_tool(run, tmp_path):
+    """A clamp that lies under the face of a tool all over holds nothing: force and torque as without it, and no metal is crushed."""
+    clamp = "&CLAMP LOWER = 4e-3, 4e-3, 2e-3, UPPER = 6e-3, 6e-3, 5e-3 /\n"
+    found = {}
+    for name, more in (("free", ""), ("held", clamp)):
+        (tmp_path / f"{name}.nml").write_text(PRESSED + more)
+        results = run(tmp_path / f"{name}.nml", "--quiet").results(name)
+        history = results.history()
+        found[name] = [history["tool_force_z[N]"][-5:].mean(), history["tool_torque[Nm]"][-5:].mean(), results.checkpoint().jac.min()]
+    print(found)
+    assert found["held"][:2] == pytest.approx(found["free"][:2], rel=0.02)
+    assert found["held"][2] == pytest.approx(found["free"][2], abs=0.01)
+
+
+def test_clamp_beside_a_tool_on_any_ranks(run, tmp_path):
+    """A tool that comes into a clamp crushes no metal at its edge, and the clamp yields alike on any number of ranks."""
+    clamp = "&CLAMP LOWER = -1e-3, -1e-3, -1e-3, UPPER = 4.3e-3, 11e-3, 4e-3 /\n"
+    (tmp_path / "held.nml").write_text(PRESSED + clamp)
+    states = {}
+    for ranks in (1, 3):
+        results = run(tmp_path / "held.nml", "--quiet", "--overwrite", ranks=ranks).results("held")
+        states[ranks] = results.checkpoint()
+    print(states[1].jac.min(), np.abs(states[1].x - states[3].x).max())
+    assert states[1].jac.min() > 0.9
+    assert states[3].x == pytest.approx(states[1].x, abs=1e-9)
+
+
 def test_turning_tool_over_a_sliding_wall(run, tmp_path):
     """A wall at the end of a plate does not change what the metal under a tool resists: torque and heat as at a free end."""
     held = run("side", "--quiet").results("side").history()
