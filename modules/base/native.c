@@ -125,18 +125,21 @@ void stirpoint_program_folder(const char *link, char *path, int n)
 /* Memory that will be needed soon, fetched a few lines at a time between other work: all at once
  * would stall on the few loads that a core can have under way. It goes to the second-level cache: the
  * first is full of the weights and records of the present block. */
-static const char *ahead = 0, *ahead_end = 0;
+static const char *ahead = 0, *ahead_end = 0, *gap = 0, *gap_end = 0;
 
-void stirpoint_need_soon(const char *p, int bytes)
+void stirpoint_need_soon(const char *p, int bytes, int gap_from, int gap_to)
 {
     ahead = p;
     ahead_end = p + bytes;
+    gap = p + gap_from;
+    gap_end = p + gap_to;
 }
 
 void stirpoint_fetch_some(int lines)
 {
     const char *end = ahead + 64 * lines < ahead_end ? ahead + 64 * lines : ahead_end;
     for (; ahead < end; ahead += 64) __builtin_prefetch(ahead, 0, 2);
+    if (ahead >= gap && ahead < gap_end) ahead = gap_end;
 }
 
 /* Memory of aligned_alloc(64, ...) with another size; 0 and the old memory as it was if there is none. realloc moves pages

@@ -87,12 +87,13 @@ module base_system
       implicit none (type, external)
     end function stop_signal
 
-    !> Register `bytes` from `p` for prefetching by `fetch_some`.
-    subroutine need_soon(p, bytes) bind(c, name='stirpoint_need_soon')
+    !> Register `bytes` from `p`, but for those from `gap_from` to `gap_to`, for prefetching by
+    !> `fetch_some`.
+    subroutine need_soon(p, bytes, gap_from, gap_to) bind(c, name='stirpoint_need_soon')
       import :: c_double, c_int
       implicit none (type, external)
       real(c_double), intent(in) :: p(*)
-      integer(c_int), value :: bytes
+      integer(c_int), value :: bytes, gap_from, gap_to
     end subroutine need_soon
 
     !> Prefetch the next `lines` cache lines of 64 bytes of the registered memory.

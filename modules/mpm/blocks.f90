@@ -17,15 +17,15 @@ module mpm_blocks
   use simulation_scene, only: scene_t
   use tools_tool, only: rigid_t, tool_t
   use transfer_gather, only: gather_block, lanes_t
-  use transfer_kernels, only: g2p_block, p2g_affine_block
+  use transfer_scatter, only: p2g_affine_block
   use transfer_weights, only: block_corners, block_weights, graded_axis, moment_weights, &
                               own_weights, uniform_axis
   implicit none (type, external)
   private
 
   public :: advance_particles, affine_to_grid, body_work, corners_of, force_records, &
-            gather_gradient, gather_lanes, gather_velocity, kinetic_energy, momentum_records, &
-            move_rigid, set_rigid_velocities, start_rigid, stretch_domains, weights_of
+            gather_gradient, gather_lanes, gather_slopes, gather_velocity, kinetic_energy, &
+            momentum_records, move_rigid, set_rigid_velocities, start_rigid, stretch_domains, weights_of
 
   ! Limits of the half length of a particle domain [cells]: within the reach of the stencil, and not
   ! degenerate.
@@ -115,20 +115,14 @@ contains
     call to_records(nlane, value, slope, rec)
   end subroutine force_records
 
-  !> Records of mass, momentum and temperature times inertial mass.
-  pure subroutine momentum_records(inertia, mass, v, temp, rec)
-    real(rp), intent(in) :: inertia, mass(nlane), v(nlane, 3), temp(nlane)
+  !> Records of mass and momentum, lanes 1:4 of their values.
+  pure subroutine momentum_records(inertia, mass, v, rec)
+    real(rp), intent(in) :: inertia, mass(nlane), v(nlane, 3)
     real(rp), intent(inout) :: rec(8, 4, nlane)
-    real(rp) :: m
     integer :: p
 
     do p = 1, nlane
-      m = inertia*mass(p)
-      rec(1, 1, p) = m
-      rec(2, 1, p) = m*v(p, 1); rec(3, 1, p) = m*v(p, 2); rec(4, 1, p) = m*v(p, 3)
-      rec(5:7, 1, p) = 0.0_rp
-      rec(8, 1, p) = m*temp(p)
-      rec(:, 2:4, p) = 0.0_rp
+      rec(1:4, 1, p) = inertia*mass(p)*[1.0_rp, v(p, 1), v(p, 2), v(p, 3)]
     end do
   end subroutine momentum_records
 
@@ -147,6 +141,18 @@ contains
     dv(n + 1:, :) = 0.0_rp
     l(n + 1:, :) = 0.0_rp
   end subroutine gather_velocity
+
+  !> Gather the slopes of lanes 1:3 (row by row) at `n` particles; undefined in unused lanes.
+  subroutine gather_slopes(n, w, first, stride, nn, g, rec, l)
+    integer, intent(in) :: n, first(nlane), stride(3), nn
+    real(rp), intent(in) :: w(nlane, 18), g(8, nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane)   !! scratch
+    real(rp), intent(out) :: l(nlane, 9)
+    real(rp) :: v(nlane, 3), none(nlane, 0)
+
+    call gather_block(lanes_t(sloped=1, n_sloped=3, plain=1, n_plain=0), n, w, first, stride, nn, &
+                      g, rec, v, l, none)
+  end subroutine gather_slopes
 
   !> Gather `n_lanes` lanes of the nodal records, from `lane` on, at the particles of a block,
   !> together with the weights.
@@ -234,38 +240,31 @@ contains
                                                                     !! [1/s]
     real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nodes%patch%nn)
     real(rp) :: moment(nlane, 18), square(nlane, 3)
-    integer :: a, b, p
+    integer :: b, p
 
     call moment_weights(nodes%patch%origin, nodes%patch%h, x, w, moment, square)
     do p = 1, n
       do b = 1, 3
-        rec(1, 1 + b, p) = 0.0_rp
-        do a = 1, 3
-          rec(1 + a, 1 + b, p) = rec(1, 1, p)*c(p, 3*(a - 1) + b)
-        end do
+        rec(1:4, 1 + b, p) = rec(1, 1, p)*[0.0_rp, c(p, b), c(p, 3 + b), c(p, 6 + b)]
       end do
     end do
     call p2g_affine_block(n, w, moment, first, rec, nodes%patch%stride, nodes%patch%nn, g)
   end subroutine affine_to_grid
 
   !> Gather the affine gradient C = sum w v_i (x_i - x_p)^T D^-1 with D = sum w (x_i - x_p)(x_i -
-  !> x_p)^T, which is diagonal.
+  !> x_p)^T, which is diagonal. First moments add up to zero as slopes do, whose place they take.
   subroutine gather_gradient(nodes, n, x, w, first, g, rec, c)
     type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: n, first(nlane)
     real(rp), intent(in) :: x(nlane, 3), w(nlane, 18), g(8, nodes%patch%nn)
     real(rp), intent(inout) :: rec(8, 4, nlane), c(nlane, 9)
-    real(rp) :: moment(nlane, 18), square(nlane, 3)
-    integer :: a, b, p
+    real(rp) :: moment(nlane, 18), square(nlane, 3), s(nlane, 9)
+    integer :: k
 
     call moment_weights(nodes%patch%origin, nodes%patch%h, x, w, moment, square)
-    call g2p_block(n, moment, first, nodes%patch%stride, nodes%patch%nn, g, rec)
-    do p = 1, n
-      do a = 1, 3
-        do b = 1, 3
-          c(p, 3*(a - 1) + b) = rec(a, 1 + b, p)/square(p, b)
-        end do
-      end do
+    call gather_slopes(n, moment, first, nodes%patch%stride, nodes%patch%nn, g, rec, s)
+    do k = 1, 9
+      c(:n, k) = s(:n, k)/square(:n, 1 + mod(k - 1, 3))
     end do
   end subroutine gather_gradient
 

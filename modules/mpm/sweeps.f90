@@ -4,21 +4,22 @@
 module mpm_sweeps
   use base_kinds, only: nlane, rp
   use mpm_blocks, only: advance_particles, affine_to_grid, force_records, gather_gradient, &
-                        gather_velocity, momentum_records, move_rigid, stretch_domains, weights_of
+                        gather_lanes, gather_slopes, gather_velocity, momentum_records, &
+                        move_rigid, stretch_domains, weights_of
   use mpm_constitutive, only: constitutive, external_acceleration, external_work, average_volume
   use mpm_fbar, only: add_volume
   use mpm_prescribed, only: add_prescribed_force, prescribed_work
   use mpm_tractions, only: record_traction_work
-  use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel, n_to_grid
+  use particles_store, only: f_flow, f_mass, f_pos, f_rate, f_tau, f_temp, f_vel, n_to_grid
   use simulation_parts, only: simulation_t
   use simulation_run, only: outcome_t
   use simulation_scene, only: scheme_usavg, scheme_usl
-  use transfer_scatter, only: p2g_block
+  use transfer_scatter, only: p2g_block, p2g_values_block
   implicit none (type, external)
   private
 
   public :: momentum_to_grid, grid_to_particles
-  public :: blocks_to_particles, force_to_grid, update_stress, accelerate, blocks_to_grid
+  public :: blocks_to_particles, force_to_grid, update_stress, blocks_to_grid
 
 contains
 
@@ -28,13 +29,17 @@ contains
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: first, last
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
-    integer :: b, n_fields_read, i
+    integer :: b, i, last_read
 
-    n_fields_read = n_to_grid
-    if (max(sim%scene%layout%half, sim%scene%layout%affine) > 0) n_fields_read = sim%particles%nf
+    last_read = n_to_grid
+    if (sim%scene%method%fbar) last_read = f_flow
+    associate (layout => sim%scene%layout)
+      if (layout%half > 0) last_read = layout%half + 2
+      if (layout%affine > 0) last_read = layout%affine + 8
+    end associate
     do i = first, last
       b = sim%particles%turn(i)
-      call sim%particles%fetch(b + 1, n_fields_read)   ! usually the next block
+      call sim%particles%fetch(b + 1, last_read, n_to_grid, f_rate - 1)   ! usually the next block
       call force_to_grid(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
                          sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, group_of(sim, b)))
     end do
@@ -55,34 +60,62 @@ contains
                        external_acceleration(sim, body), ps(1, f_mass), ps(1, f_vel), &
                        ps(1, f_tau), ps(1, f_temp), rec)
     if (sim%scene%body(body)%is_forced()) call add_prescribed_force(sim, body, nf, ps, rec)
-    call map_volume(sim, body, n, w, first, nf, ps)
-    call add_records(sim, n, nf, ps, w, first, rec, g)
+    if (sim%scene%method%scheme == scheme_usl) call map_volume(sim, body, n, w, first, nf, ps)
+    if (sim%scene%layout%affine > 0) then
+      call affine_to_grid(sim%nodes, n, ps(1, f_pos), ps(1, sim%scene%layout%affine), w, first, &
+                          rec, g)
+    else
+      call p2g_block(n, w, first, rec, sim%nodes%patch%stride, sim%nodes%patch%nn, g)
+    end if
   end subroutine force_to_grid
 
-  !> Map mass, momentum and temperature to the grid.
-  subroutine momentum_to_grid(sim, g)
+  !> Map mass and momentum to the grid `g`; with `g_motion`, after the particles have taken their new
+  !> velocities from it.
+  subroutine momentum_to_grid(sim, g, g_motion)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    real(rp), intent(in), optional :: g_motion(8, sim%nodes%patch%nn, sim%nodes%n_groups)
     integer :: b
 
     do b = 1, sim%particles%nblk
-      call map_momentum(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
-                        sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, group_of(sim, b)))
+      call sim%particles%fetch(b + 1, sim%particles%nf, f_vel + 2, f_rate - 1)
+      if (present(g_motion)) then
+        call map_momentum(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
+                          sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, group_of(sim, b)), &
+                          g_motion(:, :, group_of(sim, b)))
+      else
+        call map_momentum(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
+                          sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, group_of(sim, b)))
+      end if
     end do
   end subroutine momentum_to_grid
 
-  subroutine map_momentum(sim, body, n, nf, ps, rec, g)
+  !> Map one block of particles; with `g_motion`, take their new velocities from it first.
+  subroutine map_momentum(sim, body, n, nf, ps, rec, g, g_motion)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: body, n, nf
-    real(rp), intent(in) :: ps(nlane, nf)
-    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, sim%nodes%patch%nn)
+    real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane), g(8, sim%nodes%patch%nn)
+    real(rp), intent(in), optional :: g_motion(8, sim%nodes%patch%nn)
     integer :: first(nlane)
-    real(rp) :: w(nlane, 18)
+    real(rp) :: w(nlane, 18), u(nlane, 7)   ! velocity, temperature, velocity change
 
-    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
-    call momentum_records(sim%clock%mass_scaling, ps(1, f_mass), ps(1, f_vel), ps(1, f_temp), rec)
+    if (present(g_motion) .and. .not. sim%scene%body(body)%is_rigid()) then
+      call gather_lanes(sim%scene, sim%nodes, body, n, nf, ps, 1, 7, g_motion, rec, w, first, u)
+      call store_affine(sim, n, nf, ps, w, first, g_motion, rec)
+      ps(:n, f_vel:f_vel + 2) = (1.0_rp - sim%step%pic)*(ps(:n, f_vel:f_vel + 2) + u(:n, 5:7)) &
+                                + sim%step%pic*u(:n, 1:3)
+    else
+      call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
+    end if
+    call momentum_records(sim%clock%mass_scaling, ps(1, f_mass), ps(1, f_vel), rec)
     call map_volume(sim, body, n, w, first, nf, ps)
-    call add_records(sim, n, nf, ps, w, first, rec, g)
+    if (sim%scene%layout%affine > 0) then
+      rec(5:8, :, :) = 0.0_rp
+      call affine_to_grid(sim%nodes, n, ps(1, f_pos), ps(1, sim%scene%layout%affine), w, first, &
+                          rec, g)
+    else
+      call p2g_values_block(n, w, first, rec, sim%nodes%patch%stride, sim%nodes%patch%nn, g)
+    end if
   end subroutine map_momentum
 
   !> Add the sums for F-bar averaging.
@@ -97,21 +130,6 @@ contains
                     first, sim%nodes%patch%stride, nf, ps, size(sim%nodes%volume, 1), &
                     sim%nodes%patch%nn, sim%nodes%volume)
   end subroutine map_volume
-
-  !> Add the records of a block to the nodes, with the velocity gradients of APIC particles.
-  subroutine add_records(sim, n, nf, ps, w, first, rec, g)
-    type(simulation_t), intent(in) :: sim
-    integer, intent(in) :: n, nf, first(nlane)
-    real(rp), intent(in) :: ps(nlane, nf), w(nlane, 18)
-    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, sim%nodes%patch%nn)
-
-    if (sim%scene%layout%affine > 0) then
-      call affine_to_grid(sim%nodes, n, ps(1, f_pos), ps(1, sim%scene%layout%affine), w, first, &
-                          rec, g)
-    else
-      call p2g_block(n, w, first, rec, sim%nodes%patch%stride, sim%nodes%patch%nn, g)
-    end if
-  end subroutine add_records
 
   !> Update the particles from the grid: move them with `g_motion`, then update the stress over
   !> `dt_stress` with the gradient of `g_strain` (the same grid in USL).
@@ -155,7 +173,7 @@ contains
     real(rp), intent(inout) :: ps(nlane, sim%particles%nf)
     type(outcome_t), intent(inout) :: outcome
     integer :: first(nlane)
-    real(rp), dimension(nlane, 3) :: v, dv, v2, dv2
+    real(rp), dimension(nlane, 3) :: v, dv
     real(rp) :: w(nlane, 18), l(nlane, 9)
 
     associate (body => sim%particles%body(b), nf => sim%particles%nf, rec => sim%nodes%rec)
@@ -164,17 +182,13 @@ contains
                         outcome%speed2)
         return
       end if
-      call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
-      call gather_velocity(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, g_motion, rec, &
-                           v, dv, l)
-      if (sim%scene%method%scheme /= scheme_usl) then   ! velocities are new already: only move
-        v2 = v
-        if (sim%scene%method%scheme == scheme_usavg) v2 = v - 0.5_rp*dv
-        dv2 = 0.0_rp
-        call advance_particles(n, dt, 0.0_rp, v2, dv2, ps(1, f_pos), ps(1, f_vel), outcome%speed2)
-        call gather_velocity(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, g_strain, &
-                             rec, v2, dv2, l)
+      if (sim%scene%method%scheme /= scheme_usl) then
+        call move_block(sim, body, n, dt, g_motion, g_strain, nf, ps, w, first, v, dv, l, &
+                        outcome%speed2)
       else
+        call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
+        call gather_velocity(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, g_motion, &
+                             rec, v, dv, l)
         call store_affine(sim, n, nf, ps, w, first, g_motion, rec)
         call advance_particles(n, dt, sim%step%pic, v, dv, ps(1, f_pos), ps(1, f_vel), &
                                outcome%speed2)
@@ -189,6 +203,31 @@ contains
       call constitutive(sim, body, n, dt_stress, l, nf, ps, outcome)
     end associate
   end subroutine advance_block
+
+  !> MUSL, USAVG: move particles, whose velocities are new already, with `g_motion`; return its
+  !> velocity `v` and change `dv` at them, and the gradient `l` of `g_strain`.
+  subroutine move_block(sim, body, n, dt, g_motion, g_strain, nf, ps, w, first, v, dv, l, speed2)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: body, n, nf
+    real(rp), intent(in) :: dt
+    real(rp), intent(in) :: g_motion(8, sim%nodes%patch%nn), g_strain(8, sim%nodes%patch%nn)
+    real(rp), intent(inout) :: ps(nlane, nf), speed2
+    real(rp), intent(out) :: w(nlane, 18), v(nlane, 3), dv(nlane, 3), l(nlane, 9)
+    integer, intent(out) :: first(nlane)
+    real(rp) :: u(nlane, 7)
+
+    call gather_lanes(sim%scene, sim%nodes, body, n, nf, ps, 1, 7, g_motion, sim%nodes%rec, w, &
+                      first, u)
+    u(n + 1:, :) = 0.0_rp
+    v = u(:, 1:3)
+    dv = u(:, 5:7)
+    u(:, 5:7) = 0.0_rp
+    if (sim%scene%method%scheme == scheme_usavg) u(:, 1:3) = v - 0.5_rp*dv
+    call advance_particles(n, dt, 0.0_rp, u, u(1, 5), ps(1, f_pos), ps(1, f_vel), speed2)
+    call gather_slopes(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, g_strain, &
+                       sim%nodes%rec, l)
+    l(n + 1:, :) = 0.0_rp
+  end subroutine move_block
 
   !> Store the velocity gradient that APIC particles carry to the next step.
   subroutine store_affine(sim, n, nf, ps, w, first, g, rec)
@@ -210,6 +249,7 @@ contains
     integer :: b
 
     do b = 1, sim%particles%nblk
+      call sim%particles%fetch(b + 1, sim%particles%nf)
       call strain_block(sim, sim%particles%body(b), sim%particles%count(b), dt, &
                         g(:, :, group_of(sim, b)), sim%particles%nf, sim%particles%ps(:, :, b), &
                         sim%nodes%rec, outcome)
@@ -223,45 +263,16 @@ contains
     real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
     type(outcome_t), intent(inout) :: outcome
     integer :: first(nlane)
-    real(rp) :: w(nlane, 18), v(nlane, 3), dv(nlane, 3), l(nlane, 9)
+    real(rp) :: w(nlane, 18), l(nlane, 9)
 
     if (sim%scene%body(body)%is_rigid()) return
     call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
-    call gather_velocity(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, g, rec, v, dv, l)
+    call gather_slopes(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, g, rec, l)
+    l(n + 1:, :) = 0.0_rp
     if (sim%scene%layout%half > 0) call stretch_domains(dt, l, ps(1, sim%scene%layout%half))
     call average_volume(sim, body, n, w, first, nf, ps)
     call constitutive(sim, body, n, dt, l, nf, ps, outcome)
   end subroutine strain_block
-
-  !> MUSL, USAVG: update the particle velocities from `g_motion` at unchanged positions.
-  subroutine accelerate(sim, g_motion)
-    type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: g_motion(8, sim%nodes%patch%nn, sim%nodes%n_groups)
-    integer :: b
-
-    do b = 1, sim%particles%nblk
-      call accelerate_block(sim, sim%particles%body(b), sim%particles%count(b), &
-                            g_motion(:, :, group_of(sim, b)), sim%particles%nf, &
-                            sim%particles%ps(:, :, b), sim%nodes%rec)
-    end do
-  end subroutine accelerate
-
-  subroutine accelerate_block(sim, body, n, g_motion, nf, ps, rec)
-    type(simulation_t), intent(in) :: sim
-    integer, intent(in) :: body, n, nf
-    real(rp), intent(in) :: g_motion(8, sim%nodes%patch%nn)
-    real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
-    integer :: first(nlane)
-    real(rp) :: w(nlane, 18), v(nlane, 3), dv(nlane, 3), l(nlane, 9), max_speed2
-
-    if (sim%scene%body(body)%is_rigid()) return
-    max_speed2 = 0.0_rp
-    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
-    call gather_velocity(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, g_motion, rec, &
-                         v, dv, l)
-    call store_affine(sim, n, nf, ps, w, first, g_motion, rec)
-    call advance_particles(n, 0.0_rp, sim%step%pic, v, dv, ps(1, f_pos), ps(1, f_vel), max_speed2)
-  end subroutine accelerate_block
 
   !> Velocity-field group of block `b`.
   pure integer function group_of(sim, b)

@@ -223,13 +223,17 @@ contains
     self%nf = nf
   end subroutine change_fields
 
-  !> Announce that the first `n` fields of block `b` are needed soon: the transfers of the block
-  !> before prefetch them.
-  subroutine fetch(self, b, n)
+  !> Announce that the first `n` fields of block `b`, but for those behind field `from` up to field
+  !> `to`, are needed soon: the transfers of the block before prefetch them.
+  subroutine fetch(self, b, n, from, to)
     class(particles_t), intent(in) :: self
     integer, intent(in) :: b, n
+    integer, intent(in), optional :: from, to
+    integer :: gap(2)
 
-    if (b <= self%nblk) call need_soon(self%ps(:, :, b), 8*nlane*n)
+    gap = 0
+    if (present(from) .and. present(to)) gap = [from, to]
+    if (b <= self%nblk) call need_soon(self%ps(:, :, b), 8*nlane*n, 8*nlane*gap(1), 8*nlane*gap(2))
   end subroutine fetch
 
   !> Velocities of block `b` [m/s]: grid velocities where known, otherwise the particles' own.

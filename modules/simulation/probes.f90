@@ -25,17 +25,19 @@ module simulation_probes
 
 contains
 
-  !> Move this rank's probes by the grid velocity and read the temperature there (linear weights).
+  !> Move this rank's probes by the velocities of `g` and read the temperature of `g_heat` there
+  !> (linear weights); the masses of both grids are the same.
   !> Nodes held for sleepers have received the temperature of only some of their particles: a probe
   !> next to one keeps the temperature of the last conduction step.
-  subroutine move_probes(dt, patch, n_groups, g, probes, held)
+  subroutine move_probes(dt, patch, n_groups, g, g_heat, probes, held)
     real(rp), intent(in) :: dt                  !! [s]
     type(patch_t), intent(in) :: patch
     integer, intent(in) :: n_groups
-    real(rp), intent(in) :: g(8, patch%nn, n_groups)   !! velocity, temperature, -, mass of nodes
+    real(rp), intent(in), dimension(8, patch%nn, n_groups) :: g, g_heat   !! velocity, temperature,
+                                                                          !! -, mass of nodes
     type(probes_t), intent(inout) :: probes
     integer, intent(in), optional :: held(:)    !! nodes held for sleepers
-    real(rp) :: record(8), s(3), weight(0:7)
+    real(rp) :: s(3), temperature, velocity(3), weight(0:7)
     integer :: i, n, q(0:7)
     logical :: is_whole
 
@@ -43,20 +45,21 @@ contains
       if (.not. probes%is_mine(n)) cycle
       s = patch%linear_place(probes%x(:, n))
       where (patch%period > 0) s = 0.5_rp + modulo(s - 0.5_rp, real(patch%period, rp))
-      associate (nodes => g(:, :, probes%group(n)))
+      associate (nodes => g(:, :, probes%group(n)), heat => g_heat(:, :, probes%group(n)))
         call point_nodes(s, patch%stride, 8, 0.0_rp, patch%nn, nodes, q, weight)
         if (sum(weight) <= 0.0_rp) cycle           ! empty nodes have no temperature
-        record = matmul(nodes(:, q), weight)
+        velocity = matmul(nodes(1:3, q), weight)
+        temperature = sum(heat(4, q)*weight)
         if (patch%is_graded()) then
           call to_mean_place(patch, probes%x(:, n), s)
           call point_nodes(s, patch%stride, 8, 0.0_rp, patch%nn, nodes, q, weight)
-          record(4) = sum(nodes(4, q)*weight)
+          temperature = sum(heat(4, q)*weight)
         end if
       end associate
-      probes%x(:, n) = probes%x(:, n) + dt*record(1:3)
+      probes%x(:, n) = probes%x(:, n) + dt*velocity
       is_whole = .true.
       if (present(held)) is_whole = .not. any([(any(held == q(i)), i=0, 7)])
-      if (is_whole) probes%temperature(n) = record(4)
+      if (is_whole) probes%temperature(n) = temperature
     end do
   end subroutine move_probes
 

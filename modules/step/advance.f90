@@ -10,7 +10,7 @@ module step_advance
   use contact_body_kept, only: keep_entries
   use contact_body_pairs, only: join_bodies
   use mpm_fbar, only: clear_volume, sum_volume
-  use mpm_sweeps, only: accelerate, grid_to_particles, momentum_to_grid, update_stress
+  use mpm_sweeps, only: grid_to_particles, momentum_to_grid, update_stress
   use simulation_nodes, only: clear_nodes, update_nodes
   use simulation_parts, only: simulation_t
   use simulation_probes, only: move_probes
@@ -71,8 +71,7 @@ contains
     end if
     call record_impulse(sim, dt, g_motion)
     if (sim%scene%method%scheme /= scheme_usl) then
-      call accelerate(sim, g_motion)
-      call remap_velocities(sim, dt, g_strain)
+      call remap_velocities(sim, dt, g_strain, g_motion)
     else if (sim%scene%method%filters_in(sim%clock%step)) then
       call filter_velocity(sim, g_motion, sim%nodes%g2, sim%nodes%increment)
     end if
@@ -83,8 +82,8 @@ contains
     call sim%timer%lap(ph_to_particles)
     sim%step%last = outcome
     if (sim%probes%n > 0) then
-      call move_probes(dt, sim%nodes%patch, sim%nodes%n_groups, g_strain, sim%probes, &
-                       sim%sleepers%layer%held)   ! absent where it is not allocated
+      call move_probes(dt, sim%nodes%patch, sim%nodes%n_groups, g_strain, g_motion, &
+                       sim%probes, sim%sleepers%layer%held)   ! absent where it is not allocated
     end if
   end subroutine take_step
 
@@ -117,18 +116,20 @@ contains
     call update_stress(sim, stress_fraction_before*dt, g, outcome)
   end subroutine update_stress_before
 
-  !> Map the momentum of the particles alone to nodal velocities, with walls held. Bodies in contact
+  !> Map the momentum of the particles alone to nodal velocities, with walls held; with `g_motion`,
+  !> after the particles have taken their new velocities from it. Bodies in contact
   !> keep their own velocities: the strain then belongs to the velocities with which the internal
   !> forces do their work.
-  subroutine remap_velocities(sim, dt, g)
+  subroutine remap_velocities(sim, dt, g, g_motion)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt                  !! time step of these velocities [s]
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    real(rp), intent(in), optional :: g_motion(8, sim%nodes%patch%nn, sim%nodes%n_groups)
     type(budget_t) :: before
 
     call clear_nodes(sim%nodes, g)
     call clear_volume(sim%scene, sim%nodes)
-    call momentum_to_grid(sim, g)
+    call momentum_to_grid(sim, g, g_motion)
     call sum_nodes(sim, g)
     call sum_volume(sim%world, sim%scene, sim%nodes)
     before = sim%budget                     ! interpolation does no work and exerts no impulse

@@ -8,12 +8,11 @@ module step_filter
   use boundary_clamps, only: release_held
   use boundary_symmetry, only: reflect, r_filter, restore
   use contact_body_pairs, only: join_increments
-  use mpm_blocks, only: weights_of
+  use mpm_blocks, only: gather_lanes
   use particles_store, only: f_mass
   use simulation_nodes, only: clear_nodes
   use simulation_parts, only: simulation_t
   use simulation_scene, only: transfer_xpic
-  use transfer_kernels, only: g2p_values_block
   use transfer_scatter, only: p2g_values_block
   implicit none (type, external)
   private
@@ -78,6 +77,7 @@ contains
     integer :: b, k
 
     do b = 1, sim%particles%nblk
+      call sim%particles%fetch(b + 1, f_mass)
       k = sim%scene%body(sim%particles%body(b))%group
       call map_block(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
                      sim%particles%ps(:, :, b), increment(:, :, k), sim%nodes%rec, mapped(:, :, k))
@@ -91,13 +91,11 @@ contains
     real(rp), intent(in) :: ps(nlane, nf), increment(8, sim%nodes%patch%nn)
     real(rp), intent(inout) :: rec(8, 4, nlane), mapped(8, sim%nodes%patch%nn)
     integer :: first(nlane), p
-    real(rp) :: w(nlane, 18)
+    real(rp) :: u(nlane, 3), w(nlane, 18)
 
-    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
-    call g2p_values_block(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, increment, rec)
+    call gather_lanes(sim%scene, sim%nodes, body, n, nf, ps, 5, 3, increment, rec, w, first, u)
     do p = 1, n
-      rec(1:3, 1, p) = sim%clock%mass_scaling*ps(p, f_mass)*rec(5:7, 1, p)
-      rec(4, 1, p) = 0.0_rp
+      rec(1:4, 1, p) = sim%clock%mass_scaling*ps(p, f_mass)*[u(p, 1), u(p, 2), u(p, 3), 0.0_rp]
     end do
     call p2g_values_block(n, w, first, rec, sim%nodes%patch%stride, sim%nodes%patch%nn, mapped)
   end subroutine map_block

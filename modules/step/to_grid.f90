@@ -28,7 +28,7 @@ contains
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
 
     call clear_nodes(sim%nodes, g)
-    call clear_volume(sim%scene, sim%nodes)
+    if (sim%scene%method%scheme == scheme_usl) call clear_volume(sim%scene, sim%nodes)
     if (sim%nodes%n_groups == 1 .and. sim%scene%method%scheme == scheme_usl) then
       call map_and_sum(sim, g)
       return

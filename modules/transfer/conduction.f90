@@ -6,8 +6,7 @@
 module transfer_conduction
   use base_kinds, only: nlane, rp
   use transfer_gather, only: gather_block, lanes_t
-  use transfer_kernels, only: p2g_gradient_block
-  use transfer_scatter, only: p2g_block, p2g_values_block
+  use transfer_scatter, only: p2g_affine_block, p2g_block, p2g_values_block
   use transfer_weights, only: point_nodes
   implicit none (type, external)
   private
@@ -123,7 +122,7 @@ contains
         rec(4:6, 1 + a, p) = mass(p)*volume*tau(p, place(:, a))
       end do
     end do
-    call p2g_gradient_block(n, w, first, rec, stride, nn, g)
+    call p2g_affine_block(n, w, w, first, rec, stride, nn, g)
   end subroutine surface_to_grid
 
   !> Add the film loss in `dt` of a face at `s` to lane 5 of `flux`, with linear weights.

@@ -18,10 +18,19 @@ module transfer_gather
   integer, parameter :: lines_per_eight = 6    !! cache lines of the next block prefetched per lane
                                                !! of eight particles
 
+  ! Lanes of a node that are copied at once: a record is one register, or two.
+#if defined(STIRPOINT_AVX512) && !defined(STIRPOINT_HALVES)
+  integer, parameter :: n_copied = 8
+#else
+  integer, parameter :: n_copied = 4
+#endif
+
   !> Lanes of the records to gather: some with slopes, some with values only.
   type :: lanes_t
     integer :: sloped, n_sloped  !! first lane gathered with slopes, and number of such lanes
     integer :: plain, n_plain    !! first lane gathered without slopes, and number of such lanes
+  contains
+    procedure :: has
   end type lanes_t
 
 contains
@@ -62,7 +71,9 @@ contains
     real(rp) :: c(8, 3, 3, 3)
     integer :: i
 
-    call copy_nodes(first(p), stride, nn, g, c)
+    do i = 1, 8, n_copied
+      if (lanes%has(i, i + n_copied - 1)) call copy_nodes(first(p), stride, g(i, 1), c(i, 1, 1, 1))
+    end do
     i = p
     do while (i < p + m)
       if (p + m - i > 4 .and. i + 7 <= nlane) then
@@ -98,13 +109,22 @@ contains
     end do
   end subroutine gather_one
 
-  !> Copy the records of 27 nodes from q on, row by row along z. Weights add up to one and slopes to
+  !> True if some of the lanes `low` to `high` are to be gathered.
+  pure logical function has(self, low, high)
+    class(lanes_t), intent(in) :: self
+    integer, intent(in) :: low, high
+
+    has = max(low, self%sloped) < min(high + 1, self%sloped + self%n_sloped) .or. &
+          max(low, self%plain) < min(high + 1, self%plain + self%n_plain)
+  end function has
+
+  !> Copy `n_copied` lanes of 27 nodes from q on, row by row along z. Weights add up to one and slopes to
   !> zero on each axis, so that outer nodes stored as differences from the middle one save its
   !> multiplication.
-  pure subroutine copy_nodes(q, stride, nn, g, c)
-    integer, intent(in) :: q, stride(3), nn
-    real(rp), intent(in) :: g(8, nn)
-    real(rp), intent(out) :: c(8, 3, 3, 3)
+  pure subroutine copy_nodes(q, stride, g, c)
+    integer, intent(in) :: q, stride(3)
+    real(rp), intent(in) :: g(8, *)                  !! from the first of the lanes on
+    real(rp), intent(inout) :: c(8, 3, 3, *)
     real(rp) :: a1, a2, a3, b1, b2, b3, d1, d2, d3, m1, m2, m3, m4, m5, m6, m7, m8, m9
     integer :: f, sx, sy
 
@@ -123,7 +143,7 @@ contains
       c(f, 1, 2, I) = A2; c(f, 2, 2, I) = B2; c(f, 3, 2, I) = D2; \
       c(f, 1, 3, I) = A3; c(f, 2, 3, I) = B3; c(f, 3, 3, I) = D3
     !$omp simd private(a1, a2, a3, b1, b2, b3, d1, d2, d3, m1, m2, m3, m4, m5, m6, m7, m8, m9)
-    do f = 1, 8
+    do f = 1, n_copied
       LAYER(q+sx)
       m1 = a1 - a2; m2 = b1 - b2; m3 = d1 - d2
       m4 = a2; m5 = b2; m6 = d2

@@ -15,8 +15,8 @@ module transfer_kernels
   implicit none (type, external)
   private
 
-  public :: run_length, p2g_values, p2g_slopes, p2g_affine_block, p2g_gradient_block, g2p_block, &
-    g2p_one, g2p_values_block
+  public :: run_length, p2g_values, p2g_slopes, g2p_block, g2p_one, &
+    g2p_values_block
 
   ! First lane scattered with slopes, last lane gathered with them.
 #ifdef STIRPOINT_AVX512
@@ -41,32 +41,6 @@ contains
     end do
     m = n
   end function run_length
-
-  !> Add the records of `n` particles to the nodes: lanes 5:8 by weights and slopes, lanes 1:4 by
-  !> weights and, as slopes, their first moments.
-  subroutine p2g_affine_block(n, w, moment, first, rec, stride, nn, g)
-    integer, intent(in) :: n, nn, stride(3), first(nlane)
-    real(rp), intent(in) :: w(nlane, 18), moment(nlane, 18), rec(8, 4, nlane)
-    real(rp), intent(inout) :: g(8, nn)
-    integer :: p
-
-    do p = 1, n
-      call p2g_slopes(1, 4, p, moment, first(p), rec, stride, nn, g)
-      call p2g_slopes(5, 8, p, w, first(p), rec, stride, nn, g)
-    end do
-  end subroutine p2g_affine_block
-
-  !> Add the records of `n` particles to the nodes, all lanes by weights and slopes.
-  subroutine p2g_gradient_block(n, w, first, rec, stride, nn, g)
-    integer, intent(in) :: n, nn, stride(3), first(nlane)
-    real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)
-    real(rp), intent(inout) :: g(8, nn)
-    integer :: p
-
-    do p = 1, n
-      call p2g_slopes(1, 8, p, w, first(p), rec, stride, nn, g)
-    end do
-  end subroutine p2g_gradient_block
 
   !> Add lanes 1:4 of one particle by weights.
   subroutine p2g_values(p, w, q, rec, stride, nn, g)

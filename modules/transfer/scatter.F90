@@ -15,10 +15,11 @@ module transfer_scatter
   implicit none (type, external)
   private
 
-  public :: p2g_block, p2g_values_block
+  public :: p2g_affine_block, p2g_block, p2g_values_block
 
   integer, parameter :: min_run = 3    ! shortest run worth vectorising
   integer, parameter :: max_run = 16    ! longest run: memory is prefetched between runs
+  integer, parameter :: n_sloped = 9 - to_slopes   !! lanes that a run adds by slopes at once
 
 contains
 
@@ -67,12 +68,39 @@ contains
         if (all_lanes) call p2g_slopes(to_slopes, 8, p, w, first(p), rec, stride, nn, g)
       else
         if (with_values) call p2g_values_run(p, m, w, first(p), rec, stride, nn, g)
-        if (all_lanes) call p2g_slopes_run(p, m, w, first(p), rec, stride, nn, g)
+        if (all_lanes) call p2g_slopes_run(p, m, w, first(p), rec(to_slopes, 1, 1), stride, &
+                                           g(to_slopes, 1))
       end if
       call fetch_some(2*m)
       p = p + m
     end do
   end subroutine p2g_lanes
+
+  !> Add lanes 5:8 of `n` particles by weights and slopes, and lanes 1:4 by those of `moment`: first
+  !> moments in place of slopes, which add up to zero as well.
+  subroutine p2g_affine_block(n, w, moment, first, rec, stride, nn, g)
+    integer, intent(in) :: n, nn, stride(3), first(nlane)
+    real(rp), intent(in) :: w(nlane, 18), moment(nlane, 18), rec(8, 4, nlane)
+    real(rp), intent(inout) :: g(8, nn)
+    integer :: m, p
+
+    p = 1
+    do while (p <= n)
+      m = run_length(min(max_run, n - p + 1), first(p))
+      if (m < min_run .or. n_sloped /= 4) m = 1
+      call fetch_some(2*m)
+      if (m == 1) then
+        call p2g_slopes(1, 4, p, moment, first(p), rec, stride, nn, g)
+        call p2g_slopes(5, 8, p, w, first(p), rec, stride, nn, g)
+      else
+        call p2g_slopes_run(p, m, moment, first(p), rec(1, 1, 1), stride, g(1, 1))
+        call fetch_some(m)
+        call p2g_slopes_run(p, m, w, first(p), rec(5, 1, 1), stride, g(5, 1))
+      end if
+      call fetch_some(2*m)
+      p = p + m
+    end do
+  end subroutine p2g_affine_block
 
   ! Sums t(lane, z, y, x) over the particles of a run, and their addition to the nodes.
 #define FIRST(T, A) T = A
@@ -149,12 +177,12 @@ contains
     end do
   end subroutine p2g_values_run
 
-  !> Add the lanes from `to_slopes` on by weights and slopes.
-  subroutine p2g_slopes_run(p, m, w, q, rec, stride, nn, g)
-    integer, intent(in) :: p, m, q, nn, stride(3)
-    real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)
-    real(rp), intent(inout) :: g(8, nn)
-    real(rp) :: a0, ay, az, r0, r1, a, b, d, t(to_slopes:8, 3, 3, 3)
+  !> Add `n_sloped` lanes by weights and slopes.
+  subroutine p2g_slopes_run(p, m, w, q, rec, stride, g)
+    integer, intent(in) :: p, m, q, stride(3)
+    real(rp), intent(in) :: w(nlane, 18), rec(8, 4, *)   !! from the first of the lanes on
+    real(rp), intent(inout) :: g(8, *)
+    real(rp) :: a0, ay, az, r0, r1, a, b, d, t(n_sloped, 3, 3, 3)
     integer :: f, i, k, o, sy
 
 #define ROW(TAKE, J, I, R0, R1) \
@@ -178,12 +206,12 @@ contains
         OUTER_PLANE(TAKE, 3)
     k = p
     !$omp simd private(a0, ay, az, r0, r1)
-    do f = to_slopes, 8
+    do f = 1, n_sloped
       PARTICLE(FIRST)
     end do
     do k = p + 1, p + m - 1
       !$omp simd private(a0, ay, az, r0, r1)
-      do f = to_slopes, 8
+      do f = 1, n_sloped
         PARTICLE(NEXT)
       end do
     end do
@@ -192,14 +220,14 @@ contains
 #undef OUTER_PLANE
 #undef PARTICLE
     !$omp simd
-    do f = to_slopes, 8
+    do f = 1, n_sloped
       MIDDLE_PLANE
     end do
     sy = stride(2)
     do i = 1, 3
       o = q + (i - 1)*stride(1)
       !$omp simd private(a, b, d)
-      do f = to_slopes, 8
+      do f = 1, n_sloped
         PLANE_TO_NODES(o)
       end do
     end do

@@ -117,11 +117,12 @@ contains
     do p = 1, nlane
       want(1, 1, p) = inertia*mass(p)
       want(2:4, 1, p) = inertia*mass(p)*v(p, :)
-      want(8, 1, p) = inertia*mass(p)*temperature(p)
     end do
-    call momentum_records(inertia, mass, v, temperature, plain)
-    call expect_close('records of momentum', maxval(abs(plain - want)), 0.0_rp, atol=1.0e-13_rp)
+    call momentum_records(inertia, mass, v, plain)
+    call expect_close('records of momentum', maxval(abs(plain(1:4, 1, :) - want(1:4, 1, :))), &
+                      0.0_rp, atol=1.0e-13_rp)
     do p = 1, nlane
+      want(8, 1, p) = inertia*mass(p)*temperature(p)
       want(5:7, 1, p) = mass(p)*a
       want(5:7, 2:4, p) = -volume*mass(p)*reshape(tau(p, reshape(of, [9])), [3, 3])
     end do

@@ -7,7 +7,8 @@ program test_conduction
   use transfer_conduction, only: boundary_rates, capacity_to_grid, film_to_grid, flux_to_grid, &
                                  heat_particles, largest_rate, nodal_pressure, nodal_temperature, &
                                  pressure_to_grid, surface_to_grid, temperature_increment
-  use transfer_kernels, only: g2p_values_block, p2g_affine_block
+  use transfer_kernels, only: g2p_values_block
+  use transfer_scatter, only: p2g_affine_block
   use transfer_weights, only: block_weights, moment_weights, own_weights
   implicit none (type, external)
 
