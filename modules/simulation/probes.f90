@@ -37,7 +37,7 @@ contains
                                                                           !! -, mass of nodes
     type(probes_t), intent(inout) :: probes
     integer, intent(in), optional :: held(:)    !! nodes held for sleepers
-    real(rp) :: s(3), temperature, velocity(3), weight(0:7)
+    real(rp) :: motion(8), s(3), state(8), weight(0:7)
     integer :: i, n, q(0:7)
     logical :: is_whole
 
@@ -48,18 +48,18 @@ contains
       associate (nodes => g(:, :, probes%group(n)), heat => g_heat(:, :, probes%group(n)))
         call point_nodes(s, patch%stride, 8, 0.0_rp, patch%nn, nodes, q, weight)
         if (sum(weight) <= 0.0_rp) cycle           ! empty nodes have no temperature
-        velocity = matmul(nodes(1:3, q), weight)
-        temperature = sum(heat(4, q)*weight)
+        motion = matmul(nodes(:, q), weight)
+        state = matmul(heat(:, q), weight)
         if (patch%is_graded()) then
           call to_mean_place(patch, probes%x(:, n), s)
           call point_nodes(s, patch%stride, 8, 0.0_rp, patch%nn, nodes, q, weight)
-          temperature = sum(heat(4, q)*weight)
+          state(4) = sum(heat(4, q)*weight)
         end if
       end associate
-      probes%x(:, n) = probes%x(:, n) + dt*velocity
+      probes%x(:, n) = probes%x(:, n) + dt*motion(1:3)
       is_whole = .true.
       if (present(held)) is_whole = .not. any([(any(held == q(i)), i=0, 7)])
-      if (is_whole) probes%temperature(n) = temperature
+      if (is_whole) probes%temperature(n) = state(4)
     end do
   end subroutine move_probes
 

@@ -33,8 +33,8 @@ contains
     old = merge(1.0_rp, 0.0_rp, sim%scene%method%transfer == transfer_xpic)
     call first_increment(sim, old, g, increment)
     lost = 0.0_rp                                ! not used
+    call clear_nodes(sim%nodes, mapped)
     do power = 2, sim%scene%method%order
-      call clear_nodes(sim%nodes, mapped)
       call map_and_return(sim, increment, mapped)
       do k = 1, sim%nodes%n_groups
         call reflect(sim, r_filter, mapped(:, :, k), lost)
@@ -100,18 +100,21 @@ contains
     call p2g_values_block(n, w, first, rec, sim%nodes%patch%stride, sim%nodes%patch%nn, mapped)
   end subroutine map_block
 
-  !> Apply d' = (1 - S+ S) d to the increment.
+  !> Apply d' = (1 - S+ S) d to the increment, and clear `mapped`.
   subroutine next_increment(sim, g, mapped, increment)
     type(simulation_t), intent(in) :: sim
-    real(rp), intent(in), dimension(8, sim%nodes%patch%nn, sim%nodes%n_groups) :: g, mapped
-    real(rp), intent(inout) :: increment(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    real(rp), intent(in) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    real(rp), intent(inout), dimension(8, sim%nodes%patch%nn, sim%nodes%n_groups) :: mapped, &
+      increment
     integer :: i, k, r
 
     do k = 1, sim%nodes%n_groups
       do r = 1, sim%nodes%n_ranges
         do i = sim%nodes%range(1, r), sim%nodes%range(2, r)
-          if (g(8, i, k) <= 0.0_rp) cycle
-          increment(5:7, i, k) = increment(5:7, i, k) - mapped(1:3, i, k)/g(8, i, k)
+          if (g(8, i, k) > 0.0_rp) then
+            increment(5:7, i, k) = increment(5:7, i, k) - mapped(1:3, i, k)/g(8, i, k)
+          end if
+          mapped(:, i, k) = 0.0_rp
         end do
       end do
     end do

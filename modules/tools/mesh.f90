@@ -5,7 +5,7 @@
 module tools_mesh
   use base_kinds, only: pi, rp
   use tools_mesh_boxes, only: boxes_t, build_boxes, descent_t
-  use tools_mesh_facets, only: cross, facets_t, match_edges, max_approach
+  use tools_mesh_facets, only: cross, facets_t, match_edges, max_approach, on_face, project
   use tools_mesh_ridges, only: find_ridges, no_edge, ridges_t
   implicit none (type, external)
   private
@@ -13,7 +13,7 @@ module tools_mesh
   public :: surface_mesh_t, new_mesh
 
   real(rp), parameter :: slack = 1.0_rp + 1.0e-9_rp    !! factor on bounds, for rounding
-  integer, parameter :: on_face = 0   !! region; 1 to 3: on an edge, 4 to 6: on a corner
+  real(rp), parameter :: flat = 1.0_rp - 1.0e-13_rp    !! the same of squares, among facets in a plane
 
   !> Mesh with its search structures.
   type :: surface_mesh_t
@@ -30,7 +30,9 @@ module tools_mesh
                                                    !! rotation about that axis [m/rad]
     real(rp) :: volume = 0.0_rp                    !! [m3]
     real(rp) :: step = 0.0_rp                      !! edge of the cells of a distance grid [m]
-    real(rp), allocatable :: grid_distance(:, :, :)  !! distances of the cell centres [m]
+    integer :: grid(3) = 0                         !! its cells along the axes
+    real(rp), allocatable :: grid_distance(:)      !! distances of the cell centres, x fastest [m]
+    integer, allocatable :: grid_facet(:)          !! their nearest facets
   contains
     procedure :: distance
     procedure :: distances
@@ -81,22 +83,25 @@ contains
     call fill_grid(mesh)
   end subroutine new_mesh
 
-  !> Compute distances on a grid, which bound the distances of other points.
+  !> Compute distances on a grid, which bound the distances of other points, and nearest facets, from
+  !> which their searches begin.
   subroutine fill_grid(mesh)
     type(surface_mesh_t), intent(inout) :: mesh
     integer, parameter :: parts = 32               ! along the longest side
     real(rp), allocatable :: x(:, :)
-    integer :: i, j, k, n(3)
+    integer :: c, i, j, k, n(3)
 
     mesh%step = maxval(mesh%upper - mesh%lower)/parts
     n = max(1, ceiling((mesh%upper - mesh%lower)/mesh%step))
-    allocate (mesh%grid_distance(n(1), n(2), n(3)), x(n(1), 3))
+    mesh%grid = n
+    allocate (mesh%grid_distance(product(n)), mesh%grid_facet(product(n)), x(n(1), 3))
     x(:, 1) = mesh%lower(1) + mesh%step*[(i - 0.5_rp, i=1, n(1))]
     do k = 1, n(3)
       x(:, 3) = mesh%lower(3) + mesh%step*(k - 0.5_rp)
       do j = 1, n(2)
         x(:, 2) = mesh%lower(2) + mesh%step*(j - 0.5_rp)
-        call exact_distances(mesh, n(1), x, mesh%grid_distance(:, j, k))
+        c = n(1)*(j - 1 + n(2)*(k - 1)) + 1
+        call exact_distances(mesh, n(1), x, mesh%grid_distance(c), mesh%grid_facet(c))
       end do
     end do
   end subroutine fill_grid
@@ -136,7 +141,7 @@ contains
     real(rp) :: at(3), lower_bound, limit
     integer :: facet, region
 
-    call self%bracket(x, lower_bound, limit)
+    call self%bracket(x, lower_bound, limit, facet)
     call self%nearest(x, limit**2, facet, region, at)
     call self%gradient_at(x, facet, region, at, no_edge, d, normal, edge_distance)
   end subroutine distance
@@ -162,13 +167,41 @@ contains
     integer, intent(in) :: n
     real(rp), intent(in) :: x(n, 3)
     real(rp), intent(out) :: d(n)
-    real(rp) :: limit
-    integer :: p
+    real(rp) :: apart(n), outside(n)
+    integer :: c(n), p
 
+    call cells_of(n, x, self%lower, self%upper, self%step, self%grid, c, apart, outside)
     do p = 1, n
-      call self%bracket(x(p, :), d(p), limit)
+      d(p) = self%grid_distance(c(p)) - apart(p)
+      if (outside(p) > 0.0_rp) d(p) = max(d(p), outside(p))
     end do
   end subroutine lower_bounds
+
+  !> Cells of the grid nearest to `n` points, distances from their centres and from the bounding box.
+  pure subroutine cells_of(n, x, lower, upper, step, grid, c, apart, outside)
+    integer, intent(in) :: n, grid(3)
+    real(rp), intent(in) :: x(n, 3), lower(3), upper(3), step     !! [m]
+    integer, intent(out) :: c(n)
+    real(rp), intent(out) :: apart(n), outside(n)                 !! [m]
+    real(rp) :: inside
+    integer :: a, i, p
+
+    c = 1
+    apart = 0.0_rp
+    outside = 0.0_rp
+    do a = 1, 3
+      !$omp simd private(i, inside)
+      do p = 1, n
+        inside = min(max(x(p, a), lower(a)), upper(a))
+        i = min(int((inside - lower(a))/step), grid(a) - 1)
+        c(p) = c(p) + i*product(grid(:a - 1))
+        apart(p) = apart(p) + (x(p, a) - (lower(a) + step*(i + 0.5_rp)))**2
+        outside(p) = outside(p) + (x(p, a) - inside)**2
+      end do
+    end do
+    apart = sqrt(apart)
+    outside = sqrt(outside)
+  end subroutine cells_of
 
   !> As `distance`, but beyond `bound` any value above it may be returned, and of the distance to
   !> the edge only the sign is certain.
@@ -195,9 +228,11 @@ contains
     real(rp), intent(out) :: at(3), d
     real(rp) :: limit
 
-    facet = 0
-    call self%bracket(x, d, limit)
-    if (d > bound) return
+    call self%bracket(x, d, limit, facet)
+    if (d > bound) then
+      facet = 0
+      return
+    end if
     if (d > -bound) limit = slack*min(limit, bound)   ! farther points are outside
     call self%nearest(x, limit**2, facet, region, at)
     if (facet == 0) d = huge(1.0_rp)
@@ -225,39 +260,40 @@ contains
     edge_distance = self%ridges%edge_distance(facet, at, edge_bound)
   end subroutine gradient_at
 
-  !> Lower bound of the signed distance and upper bound of its magnitude, from the grid.
-  pure subroutine bracket(self, x, lower_bound, limit)
+  !> Lower bound of the signed distance and upper bound of its magnitude, and a near facet, from the
+  !> grid.
+  pure subroutine bracket(self, x, lower_bound, limit, facet)
     class(surface_mesh_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
     real(rp), intent(out) :: lower_bound, limit
-    real(rp) :: inside(3), offset
-    integer :: i(3)
+    integer, intent(out) :: facet
+    real(rp) :: apart(1), outside(1)
+    integer :: c(1)
 
-    inside = min(max(x, self%lower), self%upper)
-    i = min(int((inside - self%lower)/self%step) + 1, shape(self%grid_distance))
-    offset = norm2(x - (self%lower + self%step*(i - 0.5_rp)))
-    associate (d => self%grid_distance(i(1), i(2), i(3)))
-      lower_bound = d - offset
-      limit = slack*(abs(d) + offset + 1.0e-9_rp*self%radius)
+    call cells_of(1, x, self%lower, self%upper, self%step, self%grid, c, apart, outside)
+    associate (d => self%grid_distance(c(1)))
+      lower_bound = d - apart(1)
+      limit = slack*(abs(d) + apart(1) + 1.0e-9_rp*self%radius)
     end associate
-    if (any(abs(x - inside) > 0.0_rp)) lower_bound = max(lower_bound, norm2(x - inside))
+    facet = self%grid_facet(c(1))
+    if (outside(1) > 0.0_rp) lower_bound = max(lower_bound, outside(1))
   end subroutine bracket
 
-  !> Signed distances of `n` points, each close to the one before.
-  pure subroutine exact_distances(self, n, x, d)
+  !> Signed distances and nearest facets of `n` points, each close to the one before.
+  pure subroutine exact_distances(self, n, x, d, facet)
     type(surface_mesh_t), intent(in) :: self
     integer, intent(in) :: n
     real(rp), intent(in) :: x(n, 3)
     real(rp), intent(out) :: d(n)
-    real(rp) :: at(3), limit, normal(3)
-    integer :: facet, p, region
+    integer, intent(out) :: facet(n)
+    real(rp) :: at(3), normal(3)
+    integer :: near, p, region
 
-    limit = huge(1.0_rp)
+    near = 1
     do p = 1, n
-      call self%nearest(x(p, :), limit, facet, region, at)
-      call self%side_of(x(p, :), facet, region, at, d(p), normal)
-      if (p < n) limit = (slack*(abs(d(p)) + norm2(x(p + 1, :) - x(p, :)) &
-                                 + 1.0e-9_rp*self%radius))**2
+      call self%nearest(x(p, :), huge(1.0_rp), near, region, at)
+      call self%side_of(x(p, :), near, region, at, d(p), normal)
+      facet(p) = near
     end do
   end subroutine exact_distances
 
@@ -282,26 +318,28 @@ contains
   end subroutine side_of
 
   !> Facet nearest to `x` within the squared distance `bound` [m2], 0 if there is none, its nearest
-  !> point and the region of this point.
+  !> point and the region of this point. The search begins with the facet given.
   pure subroutine nearest(self, x, bound, facet, region, at)
     class(surface_mesh_t), intent(in) :: self
     real(rp), intent(in) :: x(3), bound
-    integer, intent(out) :: facet, region
+    integer, intent(inout) :: facet
+    integer, intent(out) :: region
     real(rp), intent(out) :: at(3)
     type(descent_t) :: descent
     real(rp) :: best, d2, y(3)
     integer :: first, i, k, last
 
-    best = bound
-    facet = 0
-    region = on_face
-    at = x
-    call descent%begin()
+    call descent%begin(self%tree%leaf(facet))
+    call project(self%geometry(:, :, facet), x, region, best, at)
+    if (best >= bound) then
+      best = bound
+      facet = 0
+    end if
     do
       call descent%next_leaf(self%tree, x, best, first, last)
       if (last < first) exit
       do i = first, last
-        if (dot_product(x - self%geometry(:, 1, i), self%geometry(:, 4, i))**2 >= best) cycle
+        if (dot_product(x - self%geometry(:, 1, i), self%geometry(:, 4, i))**2 >= flat*best) cycle
         call project(self%geometry(:, :, i), x, k, d2, y)
         if (d2 >= best) cycle
         best = d2
@@ -311,54 +349,6 @@ contains
       end do
     end do
   end subroutine nearest
-
-  !> Nearest point of a facet to `x`, its region and the squared distance (C. Ericson, Real-Time
-  !> Collision Detection, 5.1.5).
-  pure subroutine project(geometry, x, region, d2, at)
-    real(rp), intent(in) :: geometry(3, 4), x(3)
-    integer, intent(out) :: region
-    real(rp), intent(out) :: d2, at(3)
-    real(rp) :: a(2), b(2), c(2), u, v, w, offset(3)
-
-    offset = x - geometry(:, 1)
-    a = [dot_product(geometry(:, 2), offset), dot_product(geometry(:, 3), offset)]
-    associate (bb => dot_product(geometry(:, 2), geometry(:, 2)), &
-               bc => dot_product(geometry(:, 2), geometry(:, 3)), &
-               cc => dot_product(geometry(:, 3), geometry(:, 3)))
-      b = a - [bb, bc]
-      c = a - [bc, cc]
-    end associate
-    u = b(1)*c(2) - c(1)*b(2)
-    v = c(1)*a(2) - a(1)*c(2)
-    w = a(1)*b(2) - b(1)*a(2)
-    if (all(a <= 0.0_rp)) then
-      region = 4
-      at = geometry(:, 1)
-    else if (b(1) >= 0.0_rp .and. b(2) <= b(1)) then
-      region = 5
-      at = geometry(:, 1) + geometry(:, 2)
-    else if (c(2) >= 0.0_rp .and. c(1) <= c(2)) then
-      region = 6
-      at = geometry(:, 1) + geometry(:, 3)
-    else if (w <= 0.0_rp .and. a(1) >= 0.0_rp .and. b(1) <= 0.0_rp) then
-      region = 1
-      at = geometry(:, 1) + a(1)/(a(1) - b(1))*geometry(:, 2)
-    else if (v <= 0.0_rp .and. a(2) >= 0.0_rp .and. c(2) <= 0.0_rp) then
-      region = 3
-      at = geometry(:, 1) + a(2)/(a(2) - c(2))*geometry(:, 3)
-    else if (u <= 0.0_rp .and. b(2) >= b(1) .and. c(1) >= c(2)) then
-      region = 2
-      u = (b(2) - b(1))/((b(2) - b(1)) + (c(1) - c(2)))
-      at = geometry(:, 1) + (1.0_rp - u)*geometry(:, 2) + u*geometry(:, 3)
-    else
-      region = on_face
-      d2 = dot_product(offset, geometry(:, 4))
-      at = x - d2*geometry(:, 4)
-      d2 = d2**2
-      return
-    end if
-    d2 = sum((x - at)**2)
-  end subroutine project
 
   !> Bounding box for the tool axes `axes`: intersection of the box around the rotated bounding box
   !> and that around the enclosing cylinder.

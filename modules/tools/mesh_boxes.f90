@@ -13,19 +13,21 @@ module tools_mesh_boxes
   !> A leaf has the objects first, ..., first + count - 1 of the sorted list; an inner node has
   !> count 0 and the children `first` and first + 1.
   type :: box_t
-    integer :: first = 0, count = 0
+    integer :: first = 0, count = 0, parent = 0
     real(rp) :: lower(3) = 0.0_rp, upper(3) = 0.0_rp    !! corners [m]
   end type box_t
 
-  !> Tree of boxes with root 1.
+  !> Tree of boxes with root 1; siblings are the nodes 2 k and 2 k + 1.
   type :: boxes_t
     integer :: n = 0
     type(box_t), allocatable :: box(:)
+    integer, allocatable :: leaf(:)    !! leaf of each object
   end type boxes_t
 
-  !> Traversal of a tree: stack of nodes to visit, the nearest on top.
+  !> Traversal of a tree: stack of nodes to visit, the nearest on top, and the node whose objects
+  !> have all been visited once it is empty.
   type :: descent_t
-    integer, private :: top, node(max_levels)
+    integer, private :: top, done, node(max_levels)
     real(rp), private :: far2(max_levels)               !! squared distances of the nodes [m2]
   contains
     procedure :: begin
@@ -40,11 +42,12 @@ contains
     real(rp), intent(in) :: lower(:, :), upper(:, :)     !! (3, n) corners of the boxes [m]
     type(boxes_t), intent(out) :: tree
     integer, allocatable, intent(out) :: order(:)
-    integer, parameter :: max_in_leaf = 4      ! objects in a leaf, less 1
+    integer, parameter :: max_in_leaf = 8      ! objects in a leaf, less 1
     integer :: axis, first, half, i, last, node
     integer, allocatable :: ends(:)
 
     allocate (order, source=[(i, i=1, size(lower, 2))])
+    allocate (tree%leaf(size(order)), source=1)
     associate (max_nodes => max(1, 2*size(order)))
       allocate (tree%box(max_nodes), ends(max_nodes))
     end associate
@@ -59,6 +62,7 @@ contains
       tree%box(node)%count = last - first + 1
       tree%box(node)%lower = minval(lower(:, order(first:last)), 2)
       tree%box(node)%upper = maxval(upper(:, order(first:last)), 2)
+      tree%leaf(first:last) = node
       if (last - first < max_in_leaf) cycle
       axis = maxloc(tree%box(node)%upper - tree%box(node)%lower, 1)
       order(first:last) = order(first - 1 + order_of(lower(axis:axis, order(first:last)) &
@@ -67,6 +71,7 @@ contains
       tree%box(node)%count = 0
       tree%box(node)%first = tree%n + 1
       tree%box(tree%n + 1:tree%n + 2)%first = [first, half + 1]
+      tree%box(tree%n + 1:tree%n + 2)%parent = node
       ends(tree%n + 1:tree%n + 2) = [half, last]
       tree%n = tree%n + 2
     end do
@@ -81,12 +86,15 @@ contains
            + max(0.0_rp, lower(3) - x(3), x(3) - upper(3))**2
   end function distance2
 
-  !> Start a traversal at the root.
-  pure subroutine begin(self)
+  !> Start a traversal at the root, or at another node, from which it climbs to the root.
+  pure subroutine begin(self, node)
     class(descent_t), intent(inout) :: self
+    integer, intent(in), optional :: node
 
     self%top = 1
     self%node(1) = 1
+    if (present(node)) self%node(1) = node
+    self%done = self%node(1)
     self%far2(1) = 0.0_rp
   end subroutine begin
 
@@ -101,7 +109,17 @@ contains
     real(rp) :: gap(2)
     integer :: farther, node
 
-    do while (self%top > 0)
+    do
+      do while (self%top == 0 .and. self%done > 1)
+        node = ieor(self%done, 1)              ! its sibling
+        self%done = tree%box(node)%parent
+        gap(1) = distance2(tree%box(node)%lower, tree%box(node)%upper, x)
+        if (gap(1) >= best) cycle
+        self%top = 1
+        self%node(1) = node
+        self%far2(1) = gap(1)
+      end do
+      if (self%top == 0) exit
       node = self%node(self%top)
       self%top = self%top - 1
       if (self%far2(self%top + 1) >= best) cycle

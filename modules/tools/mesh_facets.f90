@@ -7,7 +7,11 @@ module tools_mesh_facets
   implicit none (type, external)
   private
 
-  public :: cross, facets_t, defect_t, join_corners, list_defects, match_edges, max_approach
+  public :: cross, facets_t, defect_t, join_corners, list_defects, match_edges, max_approach, &
+            project
+
+  integer, parameter, public :: on_face = 0   !! region of a facet; 1 to 3: on an edge, 4 to 6: on a
+                                              !! corner
 
   ! Defects of an edge: no neighbour, neighbour of opposite orientation, several neighbours.
   integer, parameter, public :: is_open = 1, is_flipped = 2, is_shared = 3
@@ -179,5 +183,53 @@ contains
       end if
     end do
   end function max_approach
+
+  !> Nearest point of a facet to `x`, its region and the squared distance (C. Ericson, Real-Time
+  !> Collision Detection, 5.1.5).
+  pure subroutine project(geometry, x, region, d2, at)
+    real(rp), intent(in) :: geometry(3, 4), x(3)
+    integer, intent(out) :: region
+    real(rp), intent(out) :: d2, at(3)
+    real(rp) :: a(2), b(2), c(2), u, v, w, offset(3)
+
+    offset = x - geometry(:, 1)
+    a = [dot_product(geometry(:, 2), offset), dot_product(geometry(:, 3), offset)]
+    associate (bb => dot_product(geometry(:, 2), geometry(:, 2)), &
+               bc => dot_product(geometry(:, 2), geometry(:, 3)), &
+               cc => dot_product(geometry(:, 3), geometry(:, 3)))
+      b = a - [bb, bc]
+      c = a - [bc, cc]
+    end associate
+    u = b(1)*c(2) - c(1)*b(2)
+    v = c(1)*a(2) - a(1)*c(2)
+    w = a(1)*b(2) - b(1)*a(2)
+    if (all(a <= 0.0_rp)) then
+      region = 4
+      at = geometry(:, 1)
+    else if (b(1) >= 0.0_rp .and. b(2) <= b(1)) then
+      region = 5
+      at = geometry(:, 1) + geometry(:, 2)
+    else if (c(2) >= 0.0_rp .and. c(1) <= c(2)) then
+      region = 6
+      at = geometry(:, 1) + geometry(:, 3)
+    else if (w <= 0.0_rp .and. a(1) >= 0.0_rp .and. b(1) <= 0.0_rp) then
+      region = 1
+      at = geometry(:, 1) + a(1)/(a(1) - b(1))*geometry(:, 2)
+    else if (v <= 0.0_rp .and. a(2) >= 0.0_rp .and. c(2) <= 0.0_rp) then
+      region = 3
+      at = geometry(:, 1) + a(2)/(a(2) - c(2))*geometry(:, 3)
+    else if (u <= 0.0_rp .and. b(2) >= b(1) .and. c(1) >= c(2)) then
+      region = 2
+      u = (b(2) - b(1))/((b(2) - b(1)) + (c(1) - c(2)))
+      at = geometry(:, 1) + (1.0_rp - u)*geometry(:, 2) + u*geometry(:, 3)
+    else
+      region = on_face
+      d2 = dot_product(offset, geometry(:, 4))
+      at = x - d2*geometry(:, 4)
+      d2 = d2**2
+      return
+    end if
+    d2 = sum((x - at)**2)
+  end subroutine project
 
 end module tools_mesh_facets
