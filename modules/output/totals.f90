@@ -161,8 +161,8 @@ contains
       t%to_bodies = sum(tool(s_to_plate, :))
       if (sim%scene%method%conducts) t%to_bodies = t%to_bodies + budget(e_friction)
       internal = now%elastic + budget(e_plastic) + t%friction
-      t%over_internal = internal
-      if (internal > 0.0_rp) t%over_internal = 100.0_rp*now%kinetic/internal
+      t%over_internal = 0.0_rp
+      if (.not. internal <= 0.0_rp) t%over_internal = 100.0_rp*now%kinetic/internal
       exchanged = max(t%to_bodies + budget(e_plastic) + abs(budget(e_film)) &
                       + abs(budget(e_wall_heat)) + abs(budget(e_source)) + abs(budget(e_tool)), &
                       1.0e-6_rp*abs(now%heat), tiny(1.0_rp))
