@@ -31,8 +31,8 @@ module setup_volumes
   end type volumes_t
 
   real(rp), parameter :: max_error = 0.02_rp               !! relative error without a warning
-  integer, parameter :: n_cells = 16    !! cells along each axis for the volume of a shape
-  integer, parameter :: max_level = 3   !! subdivisions of cells that its surface cuts
+  integer, parameter :: max_level = 7   !! subdivisions of the box around a shape for its volume
+  integer, parameter :: cut_level = 3   !! those of them in cells that its surface cuts alone
   real(rp), parameter :: inset = 1.0e-6_rp  !! inset of sampled corners of a cell, over its edge
 
 contains
@@ -152,8 +152,7 @@ contains
   !> Volume that the last solid of a list adds or removes [m3].
   pure real(rp) function exact_volume(solid) result(volume)
     type(solid_t), intent(in) :: solid(:)
-    real(rp) :: edge(3), lower(3), upper(3), around(3, 2)
-    integer :: i, j, k
+    real(rp) :: lower(3), upper(3), around(3, 2)
 
     call bounds(solid(size(solid)), lower, upper)
     call extent_of(solid, around(:, 1), around(:, 2))
@@ -161,15 +160,7 @@ contains
     upper = min(upper, around(:, 2))
     volume = 0.0_rp
     if (any(upper <= lower)) return
-    edge = (upper - lower)/n_cells
-    do k = 0, n_cells - 1
-      do j = 0, n_cells - 1
-        do i = 0, n_cells - 1
-          volume = volume + product(edge)*change_in_cell(solid, lower + edge*[i, j, k], edge, &
-                                                         max_level)
-        end do
-      end do
-    end do
+    volume = product(upper - lower)*change_in_cell(solid, lower, upper - lower, max_level)
   end function exact_volume
 
   !> Share of a cell that the last solid adds or removes, by recursive subdivision.
@@ -180,14 +171,16 @@ contains
     real(rp) :: at(3)
     integer :: c, first, now
 
-    first = change_at(solid, corner + 0.5_rp*edge)
-    part = first
-    do c = 0, 7
-      at = merge(inset, 1.0_rp - inset, [btest(c, 0), btest(c, 1), btest(c, 2)])
-      now = change_at(solid, corner + at*edge)
-      if (now /= first) exit
-    end do
-    if (now == first) return
+    if (left <= cut_level) then
+      first = change_at(solid, corner + 0.5_rp*edge)
+      part = first
+      do c = 0, 7
+        at = merge(inset, 1.0_rp - inset, [btest(c, 0), btest(c, 1), btest(c, 2)])
+        now = change_at(solid, corner + at*edge)
+        if (now /= first) exit
+      end do
+      if (now == first) return
+    end if
     part = 0.0_rp
     do c = 0, 7
       at = merge(0.0_rp, 0.5_rp, [btest(c, 0), btest(c, 1), btest(c, 2)])
