@@ -74,7 +74,7 @@ contains
     real(rp), intent(in) :: x
     character(:), allocatable :: r
     character(32) :: buffer
-    integer :: e, last
+    integer :: e, exponent, last
 
     if (.not. ieee_is_finite(x)) then
       write (buffer, '(es14.5e3)') x
@@ -94,19 +94,10 @@ contains
       e = index(buffer, 'E')
       last = verify(buffer(:e - 1), '0', back=.true.)
       if (buffer(last:last) == '.') last = last - 1
-      r = buffer(:last)//'e'//exponent_text(buffer(e + 1:))
+      read (buffer(e + 1:), *) exponent          ! without leading zeros
+      r = buffer(:last)//'e'//str_int(exponent)
     end if
   end function str_real
-
-  !> Text of an exponent without leading zeros.
-  pure function exponent_text(digits) result(r)
-    character(*), intent(in) :: digits
-    character(:), allocatable :: r
-    integer :: value
-
-    read (digits, *) value
-    r = str_int(value)
-  end function exponent_text
 
   !> Levenshtein distance: number of insertions, deletions and substitutions that turn `a` into `b`.
   pure integer function edit_distance(a, b)

@@ -29,15 +29,6 @@ module front_help
 
 contains
 
-  !> Text `pin, shoulder, butt, lap or heat`.
-  function known_scenes() result(text)
-    character(:), allocatable :: text
-
-    associate (n => size(scenes))
-      text = joined(scenes(:n - 1), ', ')//' or '//trim(scenes(n))
-    end associate
-  end function known_scenes
-
   !> Print the help.
   subroutine print_help()
     write (output_unit, '(a)') &
@@ -111,7 +102,8 @@ contains
     ok = any(scenes == name)
     if (.not. ok) then
       write (error_unit, '(4a)') 'stirpoint: error: there is no scene ', name, &
-        ' to begin with: --new ', known_scenes()
+        ' to begin with: --new ', joined(scenes(:size(scenes) - 1), ', ')//' or '// &
+        trim(scenes(size(scenes)))
       return
     end if
     if (index(name, '.') > 0) then                 ! a file that a scene reads

@@ -55,7 +55,9 @@ contains
     allocate (gaps%node(8, 2, sim%pairs%n), gaps%weight(8, 2, sim%pairs%n), &
               gaps%group(2, sim%pairs%n), gaps%conductance(sim%pairs%n))
     do e = 1, sim%pairs%n
-      groups = heat_groups(sim%scene, sim%scene%contact(sim%pairs%pair(e))%group)
+      associate (body => sim%scene%body, group => sim%scene%contact(sim%pairs%pair(e))%group)
+        groups = [(body(findloc(body%group, group(k), dim=1))%heat_group, k=1, 2)]
+      end associate
       if (groups(1) == groups(2) .or. .not. sim%pairs%is_owned(e)) cycle
       if (sim%pairs%gap(e) > slack*length_along(sim%nodes%patch%edges_at(sim%pairs%x(:, e)), &
                                                 sim%pairs%normal(:, e))) cycle
@@ -98,17 +100,6 @@ contains
     gaps%weight(:, :, gaps%n) = weight
     gaps%conductance(gaps%n) = area/resistance
   end subroutine add_gap
-
-  !> Heat groups of two groups of bodies.
-  pure function heat_groups(scene, group) result(groups)
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: group(2)
-    integer :: groups(2), k
-
-    do k = 1, 2
-      groups(k) = scene%body(findloc(scene%body%group, group(k), dim=1))%heat_group
-    end do
-  end function heat_groups
 
   !> Contact area at a node, the smaller of the projected areas of both bodies, and conductance at
   !> the mean pressure of the deformable bodies.

@@ -45,7 +45,11 @@ contains
       y = x
       call eliminate(self%nz, a, lambda, self%zm, self%zp, self%loss, y, up, pivot)
       if (eliminates) x = y
-      if (substitutes) call substitute(self%nz, up, x)
+      if (substitutes) then              ! from the top
+        do k = self%nz - 1, 1, -1
+          x(:, k) = x(:, k) + up(:, k)*x(:, k + 1)
+        end do
+      end if
       do k = 1, (self%nz + 1)/2
         work(k, i:i + m - 1) = cmplx(x(:m, 2*k - 1), x(:m, 2*k), rp)
       end do
@@ -92,17 +96,5 @@ contains
     end do
     pivot = d
   end subroutine eliminate
-
-  !> Back substitution from the top.
-  pure subroutine substitute(nz, up, x)
-    integer, intent(in) :: nz
-    real(rp), intent(in) :: up(lanes, nz)
-    real(rp), intent(inout) :: x(lanes, nz)
-    integer :: k
-
-    do k = nz - 1, 1, -1
-      x(:, k) = x(:, k) + up(:, k)*x(:, k + 1)
-    end do
-  end subroutine substitute
 
 end module heat_tridiagonal

@@ -132,9 +132,9 @@ contains
     integer, intent(in) :: i, m
     type(input_t), intent(in) :: library
     type(assignment_t) :: new
-    character(:), allocatable :: message, value
+    character(:), allocatable :: message, source, value
     character(24), allocatable :: own(:)
-    integer :: k
+    integer :: k, r
 
     new%group = input%written%find(group, i)
     new%line = input%line(group, i, 'FROM')
@@ -154,7 +154,10 @@ contains
           end if
           new%key = row%name
           call input%written%replace(new, value)
-          input%taken = [input%taken, taken_t(i, row%name, reference_of(library, m, row%name))]
+          r = reference_number(library, m, row%name)
+          source = 'no source is named'
+          if (r > 0) source = library%text('REFERENCE', r, 'TEXT')
+          input%taken = [input%taken, taken_t(i, row%name, source)]
         end associate
       end do
     end associate
@@ -171,14 +174,16 @@ contains
     type(key_row_t), intent(in) :: row
     character(*), intent(in) :: own(:)
     logical :: takes_table, is_heat_only
-    integer :: a
+    integer :: a, r
 
     is_needed = input%holds(group, i, row%condition)
     is_heat_only = .not. input%logical('METHOD', 1, 'MECHANICS')
     if (row%name(:6) == 'YIELD_') is_needed = is_needed .and. is_heat_only
     do a = 1, 2
       if (all(row%name /= alternatives(:, a))) cycle
-      takes_table = was_seen(library, m, alternatives(2, a))
+      r = reference_number(library, m, alternatives(2, a))
+      takes_table = .false.
+      if (r > 0) takes_table = library%logical('REFERENCE', r, 'SEEN')
       if (is_heat_only) takes_table = input%count(group) == 1 .and. library%given(group, m, &
         alternatives(2, a))
       is_needed = is_needed .and. (takes_table .eqv. row%name == alternatives(2, a))
@@ -190,31 +195,6 @@ contains
           .and. .not. any(own == alternatives(1, a))
     end do
   end function is_needed
-
-  !> Source of the value of a key of entry `m`.
-  function reference_of(library, m, key) result(text)
-    type(input_t), intent(in) :: library
-    integer, intent(in) :: m
-    character(*), intent(in) :: key
-    character(:), allocatable :: text
-    integer :: r
-
-    text = 'no source is named'
-    r = reference_number(library, m, key)
-    if (r > 0) text = library%text('REFERENCE', r, 'TEXT')
-  end function reference_of
-
-  !> True if the value of a key of entry `m` has been compared with its source.
-  logical function was_seen(library, m, key)
-    type(input_t), intent(in) :: library
-    integer, intent(in) :: m
-    character(*), intent(in) :: key
-    integer :: r
-
-    was_seen = .false.
-    r = reference_number(library, m, key)
-    if (r > 0) was_seen = library%logical('REFERENCE', r, 'SEEN')
-  end function was_seen
 
   !> Index of the reference of a key of entry `m`; 0 if there is none.
   integer function reference_number(library, m, key) result(r)

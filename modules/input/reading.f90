@@ -202,7 +202,7 @@ contains
   subroutine check_presence(input, is_resumed)
     type(input_t), intent(in) :: input
     logical, intent(in) :: is_resumed
-    character(:), allocatable :: group
+    character(:), allocatable :: group, need
     integer :: g, i, k
 
     do g = 1, size(input%table%groups)
@@ -219,8 +219,9 @@ contains
               if (.not. is_resumed) call check_effect(input, group, i, row)
             else if (row%is_required) then
               if (input%holds(group, i, row%condition)) then
-                call input%report(group, i, '', 'has no '//trim(row%name)//' ('// &
-                                  requirement(row)//')')
+                need = 'required'
+                if (row%condition /= '') need = need//' if '//trim(row%condition)
+                call input%report(group, i, '', 'has no '//trim(row%name)//' ('//need//')')
               end if
             end if
           end associate
@@ -275,15 +276,6 @@ contains
       names(i) = input%text(group, i, key)
     end do
   end function names_of
-
-  !> Text `required`, or as `required if KIND = box or trapezoid`.
-  pure function requirement(row) result(r)
-    type(key_row_t), intent(in) :: row
-    character(:), allocatable :: r
-
-    r = 'required'
-    if (row%condition /= '') r = r//' if '//trim(row%condition)
-  end function requirement
 
   !> Report a key without effect; warn if only an override makes it so.
   subroutine check_effect(input, group, i, row)

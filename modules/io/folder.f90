@@ -30,17 +30,6 @@ module io_folder
 
 contains
 
-  !> Collective. Unique identifier of a new run.
-  subroutine new_run(world, run)
-    type(world_t), intent(in) :: world
-    character(:), allocatable, intent(inout) :: run
-    character(16) :: digits
-
-    digits = ''
-    if (world%is_root()) write (digits, '(z16.16)') random_number64()
-    call world%share_message(trim(digits), run)
-  end subroutine new_run
-
   !> Collective. Make the folder and lock it while the program runs.
   subroutine take_folder(world, directory, name, note, is_taken, error)
     type(world_t), intent(in) :: world
@@ -87,6 +76,7 @@ contains
     type(error_t), intent(inout) :: error
     character(name_length), allocatable :: all(:), mine(:)
     character(:), allocatable :: place
+    character(16) :: digits
     logical :: goes_on
     integer :: frames_there, k
 
@@ -94,7 +84,11 @@ contains
     note = ''
     goes_on = world%is_root() .and. restart /= ''
     if (goes_on) goes_on = line_of(place//name//run_file, 'run') == run
-    if (world%all_true(.not. goes_on)) call new_run(world, run)
+    if (world%all_true(.not. goes_on)) then           ! a new identifier
+      digits = ''
+      if (world%is_root()) write (digits, '(z16.16)') random_number64()
+      call world%share_message(trim(digits), run)
+    end if
     if (world%is_root()) then
       all = list_directory(directory)
       if (goes_on) then

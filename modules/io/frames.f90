@@ -250,6 +250,7 @@ contains
                                        !! of those in other folders [s]
     type(error_t), intent(inout) :: error
     character(:), allocatable :: path, text
+    character(24) :: digits
     integer :: k, used
     logical :: is_there
 
@@ -262,8 +263,9 @@ contains
         inquire (file=trim(directory)//'/'//frame_name(name, k - 1), exist=is_there)
         if (.not. is_there) cycle
         if (used > 0) call add(',')
+        write (digits, '(es23.15e3)') times(k)     ! enough to tell all doubles apart
         call add(nl//'    {"name": "'//frame_name(name, k - 1)//'", "time": '// &
-                 digits_of(times(k))//'}')
+                 trim(adjustl(digits))//'}')
       end do
       if (used == 0) then
         call remove_file(path)
@@ -281,15 +283,5 @@ contains
       used = used + len(more)
     end subroutine add
   end subroutine write_series
-
-  !> Text of a time with enough digits to distinguish all doubles.
-  function digits_of(time) result(text)
-    real(rp), intent(in) :: time
-    character(:), allocatable :: text
-    character(24) :: digits
-
-    write (digits, '(es23.15e3)') time
-    text = trim(adjustl(digits))
-  end function digits_of
 
 end module io_frames

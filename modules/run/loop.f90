@@ -250,28 +250,21 @@ contains
     if (allocated(sim%particles%motion)) deallocate (sim%particles%motion)
   end subroutine write_due
 
-  !> Collective, between two steps. Sort if due, after which the nodes in use are those the
-  !> particles reach.
+  !> Collective, between two steps. Sort at every SORT_INTERVAL steps, and before a particle can be
+  !> a cell away from its place at the last sort; then the nodes in use are those the particles
+  !> reach.
   subroutine sort_if_due(sim, status, message)
     type(simulation_t), intent(inout) :: sim
     integer, intent(inout) :: status
     character(:), allocatable, intent(inout) :: message
 
-    if (.not. sort_is_due(sim)) return
+    if (sim%clock%step - sim%clock%sorted_at < sim%scene%method%sort_interval &
+        .and. .not. may_leave_cell(sim)) return
     call check_inside(sim, status, message)
     if (status == ended_broken) return
     call regrid(sim)
     call sim%timer%lap(ph_sorting)
   end subroutine sort_if_due
-
-  !> True at every SORT_INTERVAL steps, and before a particle can be a cell away from its place at
-  !> the last sort.
-  pure logical function sort_is_due(sim)
-    type(simulation_t), intent(in) :: sim
-
-    sort_is_due = sim%clock%step - sim%clock%sorted_at >= sim%scene%method%sort_interval &
-      .or. may_leave_cell(sim)
-  end function sort_is_due
 
   !> Stop the run on all ranks if a particle is outside the grid and not debris. Ranks that are
   !> ahead wait here; that time is not counted as sorting.

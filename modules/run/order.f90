@@ -49,14 +49,6 @@ contains
     is_near = any(marked(node(:n)))
   end function is_near
 
-  !> True if messages can overlap with computation; periodic images and several velocity fields are
-  !> summed without overlap.
-  pure logical function can_overlap(nodes)
-    type(nodes_t), intent(in) :: nodes
-
-    can_overlap = nodes%halo%n > 0 .and. nodes%n_groups == 1 .and. all(nodes%patch%period == 0)
-  end function can_overlap
-
   !> Mark the nodes, as (z, y, x), that must be complete before the exchange: shared ones, and their
   !> mirror nodes.
   subroutine mark_nodes(sim, near)
@@ -67,7 +59,9 @@ contains
 
     n = 0
     if (sim%nodes%patch%nn > 0) n = sim%nodes%patch%all%hi - sim%nodes%patch%all%lo + 1
-    marked = .not. can_overlap(sim%nodes)
+    ! Periodic images and several velocity fields are summed before the computation goes on.
+    marked = sim%nodes%halo%n == 0 .or. sim%nodes%n_groups > 1 &
+             .or. any(sim%nodes%patch%period /= 0)
     marked(sim%nodes%halo%shared) = .true.
     call split_mirrors(sim, marked)
     near = reshape(marked, n([3, 2, 1]))

@@ -162,7 +162,8 @@ contains
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: k
     type(tool_survey_t), intent(in) :: survey
-    integer :: b, i
+    real(rp) :: velocity(3)
+    integer :: b, i, m
 
     b = findloc(scene%body%tool, k, dim=1)
     if (survey%touch >= undefined .and. .not. bodies_move(input, scene)) then
@@ -171,7 +172,9 @@ contains
     if (any(abs(survey%phase%spin) > 0.0_rp) .and. survey%touch < undefined) then
       do i = 1, size(survey%phase)
         if (survey%phase(i)%motion == 0) cycle
-        if (.not. presses(input, scene, survey%phase(i)%motion)) cycle
+        velocity = input%reals('MOTION', survey%phase(i)%motion, 'VELOCITY', 3)
+        if (abs(velocity(3)) <= 0.0_rp .or. &
+            .not. any([(scene%can_flow(scene%body(m)%group), m=1, size(scene%body))])) cycle
         call input%report('BODY', b, 'RIGID', 'a rigid body of particles that turns and is '// &
                           'pressed into metal that flows tears particles out of it, and force '// &
                           'and torque are about twice too large: take a &TOOL of its shape')
@@ -186,19 +189,6 @@ contains
       end associate
     end do
   end subroutine check_rigid_motion
-
-  !> True if a phase moves a rigid body along its axis of rotation and a body can flow.
-  logical function presses(input, scene, motion)
-    type(input_t), intent(in) :: input
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: motion                  !! index of its &MOTION
-    real(rp) :: velocity(3)
-    integer :: b
-
-    velocity = input%reals('MOTION', motion, 'VELOCITY', 3)
-    presses = abs(velocity(3)) > 0.0_rp .and. &
-              any([(scene%can_flow(scene%body(b)%group), b=1, size(scene%body))])
-  end function presses
 
   !> True if there is a wall under the plate.
   logical function has_floor(input, scene, bottom)

@@ -9,7 +9,6 @@ module setup_check_sense
   use setup_boundary, only: wall_of, wall_t
   use setup_solids, only: all_solids, extent_of, is_in_body, solids_t
   use setup_volumes, only: filled_share
-  use simulation_clamp, only: clamp_t
   use simulation_scene, only: scene_t
   use tools_tool, only: tool_t
   implicit none (type, external)
@@ -152,14 +151,17 @@ contains
   subroutine compare_clamps(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
+    real(rp) :: slack                                ! tolerance of places [m]
     integer :: i, j, n
 
+    slack = 1.0e-6_rp*minval(scene%grid%h)
     n = input%count('WALL') - size(scene%symmetry)   ! clamps of walls; those of &CLAMP follow
     do i = 2, input%count('CLAMP')
       do j = 1, i - 1
         associate (one => scene%clamp(n + i)%clamp, other => scene%clamp(n + j)%clamp)
           if (.not. any(one%held .and. other%held)) cycle
-          if (same_box(one, other, 1.0e-6_rp*minval(scene%grid%h))) then
+          if (all(one%lower <= other%lower + slack .and. other%lower <= one%lower + slack .and. &
+                  one%upper <= other%upper + slack .and. other%upper <= one%upper + slack)) then
             call input%report('CLAMP', i, '', 'holds the nodes of another, '//location_of(input, &
                               'CLAMP', j))
           else if (all(min(one%upper, other%upper) > max(one%lower, other%lower)) .and. &
@@ -172,15 +174,6 @@ contains
       end do
     end do
   end subroutine compare_clamps
-
-  !> True if the boxes of two clamps are equal within a tolerance.
-  pure logical function same_box(one, other, slack)
-    class(clamp_t), intent(in) :: one, other
-    real(rp), intent(in) :: slack                    !! tolerance [m]
-
-    same_box = all(one%lower <= other%lower + slack .and. other%lower <= one%lower + slack .and. &
-                   one%upper <= other%upper + slack .and. other%upper <= one%upper + slack)
-  end function same_box
 
   !> Report a &SURFACE that replaces an earlier one of the same face; one face after 'all' is
   !> allowed.

@@ -109,13 +109,14 @@ contains
     type(lattice_t), intent(in) :: lattice
     integer(i8), intent(in) :: offset
     type(particles_t), intent(inout) :: particles
-    real(rp) :: x(3), velocity(3), gradient(3, 3), centre(3), temperature, mass
+    real(rp) :: x(3), velocity(3), gradient(3, 3), centre(3), w(3), temperature, mass
     integer(i8) :: id
     integer :: faces, j, k
 
     velocity = input%reals('BODY', body, 'VELOCITY', 3)
+    w = input%reals('BODY', body, 'ANGULAR_VELOCITY', 3)
     gradient = transpose(reshape(input%reals('BODY', body, 'VELOCITY_GRADIENT', 9), [3, 3])) &
-               + rotation(input%reals('BODY', body, 'ANGULAR_VELOCITY', 3))
+               + reshape([0.0_rp, w(3), -w(2), -w(3), 0.0_rp, w(1), w(2), -w(1), 0.0_rp], [3, 3])
     centre = input%reals('BODY', body, 'CENTRE', 3)
     temperature = input%real('BODY', body, 'TEMPERATURE')
     mass = particle_mass(scene, scene%body(body))
@@ -141,14 +142,6 @@ contains
 
     particle_mass = scene%material(body%material)%rho*product(body%spacing)/body%start%jac
   end function particle_mass
-
-  !> Velocity gradient of a rotation.
-  pure function rotation(w) result(l)
-    real(rp), intent(in) :: w(3)             !! [rad/s]
-    real(rp) :: l(3, 3)
-
-    l = reshape([0.0_rp, w(3), -w(2), -w(3), 0.0_rp, w(1), w(2), -w(1), 0.0_rp], [3, 3])
-  end function rotation
 
   !> Bits of the directions (-x, +x, -y, +y, -z, +z) in which the next lattice point is outside the
   !> body, with periodic images.

@@ -32,16 +32,18 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn, sim%nodes%n_groups)  !! [s]
     logical, intent(out) :: locally_accepted
-    real(rp) :: own(2)
+    real(rp) :: own(2), unsecured               ! [s]; negative if no checkpoints are wanted
 
     own = [sim%step%last%stiffness, sim%step%last%speed2]
     own = merge(own, huge(1.0_rp), own <= huge(1.0_rp))   ! some MPIs lose a NaN in a maximum
     own(2) = max(own(2), fastest_node(sim, g))
     locally_accepted = is_sound(own) .and. dt*sqrt(own(2)) <= max_node_displacement(sim)
+    unsecured = -1.0_rp
+    if (sim%scene%output%safety_interval > 0.0_rp) unsecured = wall_time() - sim%step%secured
     call sim%exchange%acceptance%start(sim%world, &
                                        [own, real(stop_signal(), rp), &
                                         real(sim%budget%failed_returns, rp), &
-                                        since_checkpoint(sim), merge(1.0_rp, 0.0_rp, &
+                                        unsecured, merge(1.0_rp, 0.0_rp, &
                                         sim%step%lost_row), near_tools(sim)])
   end subroutine post_acceptance
 
@@ -102,14 +104,6 @@ contains
       end if
     end do
   end function near_tools
-
-  !> Wall-clock time since the last checkpoint [s]; negative if none is wanted.
-  real(rp) function since_checkpoint(sim)
-    type(simulation_t), intent(in) :: sim
-
-    since_checkpoint = -1.0_rp
-    if (sim%scene%output%safety_interval > 0.0_rp) since_checkpoint = wall_time() - sim%step%secured
-  end function since_checkpoint
 
   !> Largest squared speed of the nodes that carry material [m2/s2]; stores that node.
   real(rp) function fastest_node(sim, g)

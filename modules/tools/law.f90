@@ -101,7 +101,10 @@ contains
       max_friction = coefficient*k
       transition = max_friction
     case (law_wanheim_bay)
-      call wanheim_bay(coefficient, pressure, transition)
+      ! pressure and shear stress, over k, at the end of proportional friction
+      transition = 1.0_rp - sqrt(1.0_rp - coefficient)
+      pressure = (1.0_rp + 0.5_rp*acos(-1.0_rp) + acos(coefficient) &
+                  + sqrt(1.0_rp - coefficient*coefficient))/(1.0_rp + sqrt(1.0_rp - coefficient))
       mu = transition/pressure
       max_friction = coefficient*k
       transition = transition*k
@@ -149,17 +152,6 @@ contains
 
     has_no_shear_limit = self%kind == law_coulomb .and. .not. self%shear_limit
   end function has_no_shear_limit
-
-  !> Pressure and shear stress, over k, at the end of proportional friction for the friction factor
-  !> m.
-  elemental subroutine wanheim_bay(m, pressure, shear)
-    real(rp), intent(in) :: m                  !! friction factor, at most 1
-    real(rp), intent(out) :: pressure, shear
-
-    shear = 1.0_rp - sqrt(1.0_rp - m)
-    pressure = (1.0_rp + 0.5_rp*acos(-1.0_rp) + acos(m) + sqrt(1.0_rp - m*m)) &
-               /(1.0_rp + sqrt(1.0_rp - m))
-  end subroutine wanheim_bay
 
   !> Friction coefficients of the first `n` particles of a block.
   pure subroutine coefficients(self, n, temp, pressure, slip, mu)

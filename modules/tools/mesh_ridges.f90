@@ -39,7 +39,7 @@ contains
     type(ridges_t), intent(out) :: ridges
     integer, allocatable :: edge(:), order(:)
     real(rp) :: along(3), c
-    integer :: i, k, n, other
+    integer :: i, k, n, other, root
 
     allocate (ridges%patch, source=[(i, i=1, size(normal, 2))])
     allocate (ridges%of_edge(3, size(normal, 2)), source=0)
@@ -52,7 +52,9 @@ contains
         c = dot_product(normal(:, i), normal(:, other))
         along = facets%x(:, facets%corner(modulo(k, 3) + 1, i)) - facets%x(:, facets%corner(k, i))
         if (c >= cos(feature_angle)) then
-          call merge_patches(ridges%patch, i, other)
+          root = min(root_of(ridges%patch, i), root_of(ridges%patch, other))
+          call set_root(ridges%patch, i, root)
+          call set_root(ridges%patch, other, root)
         else if (dot_product(cross(normal(:, i), normal(:, other)), along) > 0.0_rp) then
           n = n + 1
           edge(n) = 3*(i - 1) + k
@@ -135,17 +137,6 @@ contains
       end do
     end do
   end subroutine list_at_points
-
-  !> Merge the patches of two facets (union-find).
-  pure subroutine merge_patches(patch, a, b)
-    integer, intent(inout) :: patch(:)
-    integer, intent(in) :: a, b
-    integer :: root
-
-    root = min(root_of(patch, a), root_of(patch, b))
-    call set_root(patch, a, root)
-    call set_root(patch, b, root)
-  end subroutine merge_patches
 
   !> Set the root of all entries on the path from `i`.
   pure subroutine set_root(patch, i, root)
