@@ -12,11 +12,10 @@ module heat_sinks
   use base_kinds, only: nlane, rp
   use mpm_blocks, only: weights_of
   use particles_store, only: f_pos, f_temp, tag_faces
-  use simulation_film, only: film_t, of_pressure, stefan_boltzmann
   use simulation_parts, only: simulation_t
   use simulation_run, only: e_film, e_tool
-  use simulation_scene, only: scene_t
-  use tools_backing, only: find_backing
+  use simulation_scene, only: film_t, of_pressure, scene_t, stefan_boltzmann
+  use tools_heat_sink, only: find_backing
   use tools_tool, only: tool_t
   use transfer_conduction, only: film_to_grid, min_capacity
   use transfer_weights, only: point_nodes

@@ -7,8 +7,8 @@ module io_h5_attributes
   use hdf5, only: h5aclose_f, h5acreate_by_name_f, h5aexists_by_name_f, h5aget_space_f, &
                   h5aget_type_f, h5aopen_by_name_f, h5aread_f, h5awrite_f, h5sclose_f, &
                   h5sget_simple_extent_npoints_f, h5tclose_f, h5tget_size_f, hid_t, hsize_t, size_t
-  use io_h5_file, only: h5file_t
-  use io_h5_types, only: from_bytes, kind_f64, kind_i32, kind_text, make_space, make_type, to_bytes
+  use io_h5_file, only: from_bytes, h5file_t, kind_f64, kind_i32, kind_text, make_space, &
+                        make_type, to_bytes
   implicit none (type, external)
   private
 

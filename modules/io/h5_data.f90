@@ -13,9 +13,8 @@ module io_h5_data
                   h5pset_shuffle_f, h5s_select_set_f, h5sclose_f, h5sget_simple_extent_dims_f, &
                   h5sget_simple_extent_ndims_f, h5sselect_hyperslab_f, h5sselect_none_f, &
                   h5tclose_f, h5tget_size_f, hid_t, hsize_t, size_t
-  use io_h5_file, only: h5file_t
-  use io_h5_types, only: bytes_of, from_bytes, kind_f32, kind_f64, kind_i32, kind_i64, kind_text, &
-                         kind_u8, make_space, make_type, to_bytes
+  use io_h5_file, only: bytes_of, from_bytes, h5file_t, kind_f32, kind_f64, kind_i32, kind_i64, &
+                        kind_text, kind_u8, make_space, make_type, to_bytes
   use mpi_f08, only: mpi_allreduce, mpi_bcast, mpi_exscan, mpi_in_place, mpi_integer8, mpi_max, &
                      mpi_sum
   implicit none (type, external)

@@ -3,26 +3,35 @@
 !>
 !> All procedures are collective. A file keeps its first error, after which calls have no effect, so
 !> that a sequence of calls needs one test at its end; `close` returns it.
+!>
+!> Kinds of data in HDF5 files, data types, dataspaces and texts.
+!>
+!> Only the modules `h5_...` call HDF5. A negative status is a failure. Types in memory and in the
+!> file are equal, as a conversion in HDF5 would break collective transfers.
 module io_h5_file
-  use, intrinsic :: iso_c_binding, only: c_int
+  use, intrinsic :: iso_c_binding, only: c_int, c_null_char
+  use, intrinsic :: iso_fortran_env, only: int64
   use base_disk, only: file_bytes, keep_file, sync_file
   use base_errors, only: error_t
   use base_files, only: reason_of
   use base_kinds, only: i8
   use base_system, only: remove_file, rename_file
   use base_world, only: agree, world_t
-  use hdf5, only: h5eset_auto_f, h5f_acc_rdonly_f, h5f_acc_trunc_f, h5f_close_strong_f, &
-                  h5f_scope_global_f, h5fclose_f, h5fcreate_f, h5fd_mpio_collective_f, h5fflush_f, &
-                  h5fopen_f, h5gclose_f, h5gcreate_f, h5open_f, h5p_dataset_xfer_f, &
-                  h5p_file_access_f, h5p_file_create_f, h5pclose_f, h5pcreate_f, &
-                  h5pset_dxpl_mpio_f, h5pset_fapl_mpio_f, h5pset_fclose_degree_f, &
-                  h5pset_userblock_f, hid_t, hsize_t
+  use hdf5, only: h5_integer_kind, h5eset_auto_f, h5f_acc_rdonly_f, h5f_acc_trunc_f, &
+                  h5f_close_strong_f, h5f_scope_global_f, h5fclose_f, h5fcreate_f, &
+                  h5fd_mpio_collective_f, h5fflush_f, h5fopen_f, h5gclose_f, h5gcreate_f, &
+                  h5kind_to_type, h5open_f, h5p_dataset_xfer_f, h5p_file_access_f, &
+                  h5p_file_create_f, h5pclose_f, h5pcreate_f, h5pset_dxpl_mpio_f, &
+                  h5pset_fapl_mpio_f, h5pset_fclose_degree_f, h5pset_userblock_f, h5s_scalar_f, &
+                  h5screate_f, h5screate_simple_f, h5t_c_s1, h5t_native_double, &
+                  h5t_native_integer, h5t_native_real, h5t_std_u8le, h5t_str_nullpad_f, h5tcopy_f, &
+                  h5tset_size_f, h5tset_strpad_f, hid_t, hsize_t, size_t
   use io_h5_seal, only: previous_of, seal, seal_bytes
   use mpi_f08, only: mpi_info_null
   implicit none (type, external)
   private
 
-  public :: h5file_t
+  public :: from_bytes, h5file_t, make_space, make_type, to_bytes
 
   !> An open file. A new file is named path.tmp until `close`.
   type :: h5file_t
@@ -50,6 +59,11 @@ module io_h5_file
       implicit none (type, external)
     end function lost_write
   end interface
+
+  ! Kinds of data in files, and bytes of each.
+  integer, parameter, public :: kind_f64 = 1, kind_f32 = 2, kind_i64 = 3, kind_i32 = 4, &
+                                kind_u8 = 5, kind_text = 6
+  integer, parameter, public :: bytes_of(6) = [8, 4, 8, 4, 1, 1]
 
 contains
 
@@ -207,5 +221,67 @@ contains
     if (status(1) >= 0) call h5gclose_f(id, status(2))
     call self%verify(minval(status), 'cannot be written: '//name)
   end subroutine group
+
+  !> Own copy of the HDF5 type of `kind`; `length` is that of texts.
+  subroutine make_type(kind, length, id, status)
+    integer, intent(in) :: kind
+    integer(i8), intent(in) :: length
+    integer(hid_t), intent(out) :: id
+    integer, intent(out) :: status
+    integer(hid_t) :: predefined
+    integer :: more(2)
+
+    select case (kind)
+    case (kind_f64); predefined = h5t_native_double
+    case (kind_f32); predefined = h5t_native_real
+    case (kind_i64); predefined = h5kind_to_type(int64, h5_integer_kind)
+    case (kind_i32); predefined = h5t_native_integer
+    case (kind_u8); predefined = h5t_std_u8le
+    case default; predefined = h5t_c_s1
+    end select
+    call h5tcopy_f(predefined, id, status)
+    if (kind /= kind_text) return
+    call h5tset_size_f(id, int(max(1_i8, length), size_t), more(1))
+    call h5tset_strpad_f(id, h5t_str_nullpad_f, more(2))
+    status = min(status, minval(more))
+  end subroutine make_type
+
+  !> Dataspace of shape `dims`; no dimensions make a scalar.
+  subroutine make_space(dims, id, status)
+    integer(i8), intent(in) :: dims(:)
+    integer(hid_t), intent(out) :: id
+    integer, intent(out) :: status
+
+    if (size(dims) == 0) then
+      call h5screate_f(h5s_scalar_f, id, status)
+    else
+      call h5screate_simple_f(size(dims), int(dims, hsize_t), id, status)
+    end if
+  end subroutine make_space
+
+  !> Characters of a text; a null character for an empty one.
+  pure function to_bytes(text) result(bytes)
+    character(*), intent(in) :: text
+    character(1) :: bytes(max(1, len(text)))
+    integer :: i
+
+    bytes = c_null_char
+    do i = 1, len(text)
+      bytes(i) = text(i:i)
+    end do
+  end function to_bytes
+
+  !> Text before the first null character.
+  pure function from_bytes(bytes) result(text)
+    character(1), intent(in) :: bytes(:)
+    character(:), allocatable :: text
+    integer :: i, n
+
+    n = findloc(bytes /= c_null_char, .true., dim=1, back=.true.)
+    allocate (character(n) :: text)
+    do i = 1, n
+      text(i:i) = bytes(i)
+    end do
+  end function from_bytes
 
 end module io_h5_file

@@ -37,8 +37,7 @@ module io_histories
 
   type :: row_t
     private
-    integer :: n = 0
-    type(row_column_t), allocatable :: column(:)  !! the first n are used
+    type(row_column_t), allocatable :: column(:)
   contains
     procedure :: add, headings, values, value
   end type row_t
@@ -283,25 +282,18 @@ contains
     class(row_t), intent(inout) :: self
     character(*), intent(in) :: name, unit     !! unit: '' if none
     real(rp), intent(in) :: value
-    type(row_column_t), allocatable :: longer(:)
 
-    if (.not. allocated(self%column)) allocate (self%column(64))
-    if (self%n == size(self%column)) then
-      allocate (longer(2*self%n))
-      longer(:self%n) = self%column
-      call move_alloc(longer, self%column)
-    end if
-    self%n = self%n + 1
-    self%column(self%n) = row_column_t(name, unit, value)
+    if (.not. allocated(self%column)) allocate (self%column(0))
+    self%column = [self%column, row_column_t(name, unit, value)]
   end subroutine add
 
   !> Names of the columns with their units, as time[s].
   pure function headings(self) result(names)
     class(row_t), intent(in) :: self
-    character(max_name + 10) :: names(self%n)
+    character(max_name + 10) :: names(size(self%column))
     integer :: k
 
-    do k = 1, self%n
+    do k = 1, size(self%column)
       associate (column => self%column(k))
         names(k) = column%name
         if (column%unit /= '') names(k) = trim(column%name)//'['//trim(column%unit)//']'
@@ -312,9 +304,9 @@ contains
   !> Values of all columns, in their order.
   pure function values(self)
     class(row_t), intent(in) :: self
-    real(rp) :: values(self%n)
+    real(rp) :: values(size(self%column))
 
-    if (self%n > 0) values = self%column(:self%n)%value
+    values = self%column%value
   end function values
 
   !> Value of the first column with this name, which must exist.
@@ -323,13 +315,9 @@ contains
     character(*), intent(in) :: name
     integer :: k
 
-    value = 0.0_rp
-    do k = 1, self%n
-      if (self%column(k)%name /= name) cycle
-      value = self%column(k)%value
-      return
-    end do
-    call fatal('a row has no column '//name)
+    k = findloc(self%column%name, name, dim=1)
+    if (k == 0) call fatal('a row has no column '//name)
+    value = self%column(k)%value
   end function value
 
   pure subroutine add_text(self, text)

@@ -14,7 +14,7 @@ module output_guards
   use simulation_parts, only: simulation_t
   use simulation_scene, only: scene_t, scheme_usavg
   use tools_shape_revolved, only: revolved_t
-  use tools_tool, only: s_layer_strength, s_torque, tool_t
+  use tools_tool, only: s_layer_strength, s_torque
   implicit none (type, external)
   private
 
@@ -159,8 +159,12 @@ contains
     half = 0.5_rp*maxval(sim%scene%body%mean_spacing())
     do k = 1, size(sim%tool)
       if (.not. sim%tool(k)%has_layer()) cycle
-      if (.not. is_revolved(sim%tool(k)) .or. size(sim%scene%symmetry) > 0) cycle
-      max_torque = increase(s_layer_strength, k)*(sim%tool(k)%shape%radius + half)
+      if (size(sim%scene%symmetry) > 0) cycle
+      max_torque = 0.0_rp
+      select type (shape => sim%tool(k)%shape)
+      class is (revolved_t)                 ! whose contact pressure has no torque about the axis
+        max_torque = increase(s_layer_strength, k)*(shape%radius + half)
+      end select
       if (abs(increase(s_torque, k)) <= torque_slack*max_torque .or. max_torque <= 0.0_rp) cycle
       reason = '&TOOL '//trim(sim%tool(k)%name)//' turns against '// &
         str(abs(increase(s_torque, k))/max_torque)// &
@@ -169,18 +173,6 @@ contains
       return
     end do
   end subroutine check_torque
-
-  !> True if the tool is a body of revolution, whose contact pressure has no torque about the axis.
-  pure logical function is_revolved(tool)
-    type(tool_t), intent(in) :: tool
-
-    select type (shape => tool%shape)
-    class is (revolved_t)
-      is_revolved = .true.
-    class default
-      is_revolved = .false.
-    end select
-  end function is_revolved
 
   !> Collective. Check the particles of deformable bodies at a row of the history.
   subroutine check_particles(self, sim)

@@ -16,7 +16,7 @@ module output_history
   use simulation_run, only: d_elastic, d_heat, d_kinetic, d_mass, e_body, e_film, e_plastic, &
                             e_scaling, e_sleep, e_source, e_wall, e_wall_heat
   use simulation_scene, only: scene_t
-  use tools_backing, only: backing_t
+  use tools_heat_sink, only: backing_t
   use tools_tool, only: n_tool_sums, s_area, s_excess_speed, s_face_temperature, s_force, &
                         s_friction, s_heat, s_layer_slip, s_layer_strength, s_layer_thickness, &
                         s_layer_work, s_metal_slip, s_normal_impulse, s_surface_slip, &

@@ -79,8 +79,7 @@ contains
     end if
     associate (output => sim%scene%output)
       if (is_resumed) then
-        call write_series(sim%world, output%directory, output%name, sim%history%frame_times, error)
-        call list_tools(sim, error)
+        call list_frames(sim, error)
         self%saved_step = sim%clock%step
         sim%clock%next_frame = next_time(output%frame_interval, sim%clock%time)
         sim%clock%next_history = next_time(output%history_interval, sim%clock%time)
@@ -197,38 +196,39 @@ contains
     class(writer_t), intent(inout) :: self
     type(simulation_t), intent(inout) :: sim
     type(error_t), intent(inout) :: error
-    character(6) :: number
-
-    if (size(sim%history%frame_times) > 0) then
-      ! written already
-      if (sim%history%frame_times(size(sim%history%frame_times)) >= sim%clock%time) return
-    end if
-    write (number, '(i6.6)') size(sim%history%frame_times)
-    associate (output => sim%scene%output)
-      call put_frame(sim, output%directory//'/'//output%name//'_'//number//'.hdf', error)
-      call put_tools(sim, size(sim%history%frame_times), error)
-      if (error%is_set()) return
-      sim%history%frame_times = [sim%history%frame_times, sim%clock%time]
-      call write_series(sim%world, output%directory, output%name, sim%history%frame_times, error)
-      call list_tools(sim, error)
-    end associate
-  end subroutine add_frame
-
-  !> Collective. Write a frame to `path`; with an empty path it is kept in memory only (io_h5_file).
-  subroutine put_frame(sim, path, error)
-    type(simulation_t), intent(in) :: sim
-    character(*), intent(in) :: path
-    type(error_t), intent(inout) :: error
     real(sp), allocatable :: outputs(:, :)
     type(law_output_t), allocatable :: list(:)
 
-    allocate (list, source=frame_outputs(sim%scene))
-    call pack_outputs(sim, outputs)
-    call write_frame(sim%world, path, sim%clock%time, int(sim%clock%step), sim%scene%grid%h, &
-                     sim%scene%body%mean_spacing(), sim%scene%body%name, sim%scene%body%material, &
-                     sim%scene%material%name, sim%scene%layout%origin, sim%particles, list%name, &
-                     list%unit, outputs, sim%scene%output%input_text, error)
-  end subroutine put_frame
+    associate (n => size(sim%history%frame_times))
+      if (n > 0) then
+        if (sim%history%frame_times(n) >= sim%clock%time) return   ! written already
+      end if
+      allocate (list, source=frame_outputs(sim%scene))
+      call pack_outputs(sim, outputs)
+      associate (output => sim%scene%output, layout => sim%scene%layout, body => sim%scene%body)
+        call write_frame(sim%world, output%directory//'/'//frame_name(output%name, n), &
+                         sim%clock%time, int(sim%clock%step), sim%scene%grid%h, &
+                         body%mean_spacing(), body%name, body%material, sim%scene%material%name, &
+                         layout%origin, sim%particles, list%name, list%unit, outputs, &
+                         output%input_text, error)
+      end associate
+      call put_tools(sim, n, error)
+    end associate
+    if (error%is_set()) return
+    sim%history%frame_times = [sim%history%frame_times, sim%clock%time]
+    call list_frames(sim, error)
+  end subroutine add_frame
+
+  !> Collective. Write the index files of the frames and of those of the tools, if there are any.
+  subroutine list_frames(sim, error)
+    type(simulation_t), intent(in) :: sim
+    type(error_t), intent(inout) :: error
+
+    associate (output => sim%scene%output, times => sim%history%frame_times)
+      call write_series(sim%world, output%directory, output%name, times, error)
+      call write_series(sim%world, output%directory, output%name//ending, times, error)
+    end associate
+  end subroutine list_frames
 
   !> Collective. Write a row of the history, the probes and the errors; check for warnings.
   subroutine row(self, sim)
@@ -351,14 +351,5 @@ contains
                           int(sim%clock%step), sim%tool%name, place, velocity, azimuth, number, &
                           corner, error)
   end subroutine put_tools
-
-  !> Collective. Write the index file of these frames, if there are any.
-  subroutine list_tools(sim, error)
-    type(simulation_t), intent(in) :: sim
-    type(error_t), intent(inout) :: error
-
-    call write_series(sim%world, sim%scene%output%directory, sim%scene%output%name//ending, &
-                      sim%history%frame_times, error)
-  end subroutine list_tools
 
 end module output_writer

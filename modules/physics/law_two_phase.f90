@@ -11,9 +11,8 @@ module physics_law_two_phase
   use input_values, only: input_t
   use physics_annealing, only: anneal_block, annealing_t, deformed_density, n_annealing
   use physics_flow_law, only: flow_law_t, law_output_t, max_warnings, n_work
-  use physics_law_two_phase_alpha, only: alpha_star_t
-  use physics_law_two_phase_block, only: evaluate, min_density, integrate, n_own, prepare_block, &
-                                         s_cell, s_fraction, s_wall, w_melting
+  use physics_law_two_phase_block, only: alpha_star_t, evaluate, integrate, min_density, n_own, &
+                                         prepare_block, s_cell, s_fraction, s_wall, w_melting
   implicit none (type, external)
   private
 

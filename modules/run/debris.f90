@@ -24,7 +24,7 @@ contains
   logical function remove_debris(sim, reason) result(is_removed)
     type(simulation_t), intent(inout) :: sim
     character(:), allocatable, intent(out) :: reason
-    real(rp) :: share, sums(4)
+    real(rp) :: mass(2), share, sums(4)
     logical :: outside(nlane)
     integer :: b
 
@@ -35,14 +35,26 @@ contains
       outside = is_outside(sim%scene%grid, sim%particles, b)
       if (.not. any(outside)) cycle
       sums = sums + energies_of(sim%scene, sim%clock%mass_scaling, sim%particles, b, outside)
-      is_removed = is_removed .and. are_slower_than_waves(sim, b, outside)
+      associate (ps => sim%particles%ps(:, :, b))          ! not so for NaN
+        is_removed = is_removed .and. &
+                     all((norm2(ps(:, f_vel:f_vel + 2), 2) < wave_speed(sim%clock) .and. &
+                          all(abs(ps(:, f_pos:f_pos + 2)) <= huge(1.0_rp), 2)) .or. .not. outside)
+      end associate
     end do
     is_removed = sim%world%all_true(is_removed)
     if (.not. is_removed) return
     reason = ''
-    share = share_of_mass(sim, sums)
+    mass = [sums(4) + sim%budget%sums(d_mass), sim%budget%sums(d_mass)]   ! removed, all
+    do b = 1, sim%particles%nblk
+      mass(2) = mass(2) + sum(sim%particles%ps(:sim%particles%count(b), f_mass, b))
+    end do
+    call sim%world%sum(mass)
+    share = mass(1)/mass(2)
     is_removed = share <= sim%scene%method%debris
-    if (.not. is_removed) reason = advice(share, sim%scene%method%debris)
+    if (.not. is_removed) reason = 'with it '//str(share)// &
+      ' of all mass would be gone, &METHOD DEBRIS lets '//str(sim%scene%method%debris)// &
+      ' go: a restart with --set METHOD.DEBRIS=... lets more go with its mass and energy in '// &
+      'the history, a larger &GRID keeps it'
     if (.not. is_removed) return
     sim%budget%sums(d_kinetic) = sim%budget%sums(d_kinetic) + sums(1)
     sim%budget%sums(d_elastic) = sim%budget%sums(d_elastic) + sums(2)
@@ -54,44 +66,6 @@ contains
     end do
     sim%particles%n_awake = -1
   end function remove_debris
-
-  !> Advice for the user where a `share` of the total mass would be removed and `allowed` is
-  !> permitted.
-  function advice(share, allowed) result(text)
-    real(rp), intent(in) :: share, allowed
-    character(:), allocatable :: text
-
-    text = 'with it '//str(share)//' of all mass would be gone, &METHOD DEBRIS lets '// &
-           str(allowed)//' go: a restart with --set METHOD.DEBRIS=... lets more go with its '// &
-           'mass and energy in the history, a larger &GRID keeps it'
-  end function advice
-
-  !> Collective. Fraction of the total mass removed so far, with `sums` of this rank included.
-  real(rp) function share_of_mass(sim, sums) result(share)
-    type(simulation_t), intent(in) :: sim
-    real(rp), intent(in) :: sums(4)
-    real(rp) :: mass(2)
-    integer :: b
-
-    mass = [sums(4) + sim%budget%sums(d_mass), sim%budget%sums(d_mass)]
-    do b = 1, sim%particles%nblk
-      mass(2) = mass(2) + sum(sim%particles%ps(:sim%particles%count(b), f_mass, b))
-    end do
-    call sim%world%sum(mass)
-    share = mass(1)/mass(2)
-  end function share_of_mass
-
-  !> True if the chosen particles of block `b` are slower than elastic waves; false for NaN.
-  pure logical function are_slower_than_waves(sim, b, chosen)
-    type(simulation_t), intent(in) :: sim
-    integer, intent(in) :: b
-    logical, intent(in) :: chosen(nlane)
-
-    associate (ps => sim%particles%ps(:, :, b))
-      are_slower_than_waves = all((norm2(ps(:, f_vel:f_vel + 2), 2) < wave_speed(sim%clock) &
-                      .and. all(abs(ps(:, f_pos:f_pos + 2)) <= huge(1.0_rp), 2)) .or. .not. chosen)
-    end associate
-  end function are_slower_than_waves
 
   !> Kinetic energy with mass scaling, elastic energy, heat [J] and mass [kg] of the chosen
   !> particles of block `b`.

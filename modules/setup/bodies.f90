@@ -8,8 +8,7 @@ module setup_bodies
   use input_values, only: input_t
   use setup_filling, only: check_stretch
   use setup_solids, only: body_solids, bounds, read_solid, solid_cylinder, solid_sphere, solid_t
-  use simulation_film, only: film_t, of_nothing, of_pressure
-  use simulation_scene, only: scene_t
+  use simulation_scene, only: film_t, of_nothing, of_pressure, scene_t
   implicit none (type, external)
   private
 

@@ -17,8 +17,7 @@ module setup_heat_scene
   use setup_heat_sources, only: check_tables, n_values, read_heat_sources
   use setup_solids, only: all_solids, solids_t
   use simulation_conditions, only: clamp_groups
-  use simulation_film, only: stefan_boltzmann
-  use simulation_scene, only: scene_t
+  use simulation_scene, only: scene_t, stefan_boltzmann
   implicit none (type, external)
   private
 

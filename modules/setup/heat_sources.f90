@@ -153,7 +153,7 @@ contains
     type(curve_t) :: curve
     real(rp), parameter :: step = 0.25_rp, t_max = 4000.0_rp
     real(rp), allocatable :: t(:), v(:), sticking(:)
-    real(rp) :: piece(25), sliding, last
+    real(rp) :: piece(25), from, last, sliding, t_melt
     integer :: k, n
 
     n = nint(t_max/step)
@@ -167,7 +167,10 @@ contains
     end if
     last = 0.0_rp
     if (allocated(t)) last = t(size(t))
-    call soften(input%real('MATERIAL', m, 'T_MELT'), last, step, sticking)
+    ! 0 at the melting temperature, over its last 5 % or above the last given temperature
+    t_melt = input%real('MATERIAL', m, 'T_MELT')
+    from = softening_from(t_melt, last)
+    sticking = sticking*max(0.0_rp, min(1.0_rp, (t_melt - step*[(k, k=0, n)])/(t_melt - from)))
     sticking = sticking/sqrt(3.0_rp)
     sliding = input%real('SOURCE', i, 'FRICTION')*input%real('SOURCE', i, 'PRESSURE')
     curve = curve_t(0.0_rp, step, sticking)
@@ -183,20 +186,6 @@ contains
     case default
     end select
   end function shear_curve
-
-  !> Reduce the yield stress to 0 at the melting temperature, over its last 5 % or above the last
-  !> given temperature.
-  pure subroutine soften(t_melt, last, step, yield)
-    real(rp), intent(in) :: t_melt, last, step    !! [K]
-    real(rp), intent(inout) :: yield(0:)
-    real(rp) :: from
-    integer :: k
-
-    from = softening_from(t_melt, last)
-    do k = 0, ubound(yield, 1)
-      yield(k) = yield(k)*max(0.0_rp, min(1.0_rp, (t_melt - step*k)/(t_melt - from)))
-    end do
-  end subroutine soften
 
   !> Yield stress of the first piece that reaches `t`; 0 above the last [Pa].
   pure real(rp) function logistic(piece, t)

@@ -30,7 +30,7 @@ module setup_scene
   use simulation_probes, only: probes_t
   use simulation_scene, only: method_t, scene_t, scheme_usl, transfer_apic, transfer_fmpm, &
                               transfer_xpic
-  use tools_backing, only: backing_t
+  use tools_heat_sink, only: backing_t
   use tools_tool, only: tool_t
   implicit none (type, external)
   private

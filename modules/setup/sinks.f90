@@ -11,8 +11,7 @@ module setup_sinks
   use setup_boundary, only: wall_of, wall_t
   use setup_solids, only: body_solids, extent_of, solid_t
   use simulation_scene, only: scene_t, scheme_usl
-  use tools_backing, only: backing_t, find_backing
-  use tools_heat_sink, only: heat_sink_t
+  use tools_heat_sink, only: backing_t, find_backing, heat_sink_t
   use tools_tool, only: tool_t
   implicit none (type, external)
   private

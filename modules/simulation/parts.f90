@@ -15,7 +15,7 @@ module simulation_parts
   use simulation_run, only: budget_t, clock_t, exchange_t, sleepers_t, step_t
   use simulation_scene, only: scene_t
   use simulation_tool_lists, only: tool_contact_t
-  use tools_backing, only: backing_t
+  use tools_heat_sink, only: backing_t
   use tools_tool, only: n_tool_sums, tool_t
   implicit none (type, external)
   private

@@ -7,9 +7,9 @@ program test_heat_faces
   use heat_conduction, only: conduction_step
   use heat_samples, only: build, conduct_for, content, h, spacing, world
   use particles_store, only: f_pos, f_temp, n_fields
-  use simulation_film, only: of_pressure, stefan_boltzmann
   use simulation_parts, only: free_simulation, simulation_t
   use simulation_run, only: e_film, e_tool
+  use simulation_scene, only: of_pressure, stefan_boltzmann
   use tools_shape_plane, only: plane_t
   use tools_tool, only: tool_t
   implicit none (type, external)
