@@ -30,7 +30,8 @@ KERNELS = {("transfer_scatter", "p2g_block"), ("transfer_gather", "gather_block"
 NOT_ENTERED = {
     "step_advance.update_stress_before": "USAVG",
     "step_advance.remap_velocities": "MUSL, USAVG",
-    "mpm_sweeps.accelerate": "MUSL, USAVG",
+    "mpm_sweeps.move_block": "MUSL, USAVG",
+    "mpm_sweeps.store_affine": "APIC",
     "step_filter": "XPIC, FMPM",
     "contact_body_pairs": "contact of bodies",
     "contact_body_kept": "contact of bodies",

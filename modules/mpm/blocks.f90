@@ -25,7 +25,8 @@ module mpm_blocks
 
   public :: advance_particles, affine_to_grid, body_work, corners_of, force_records, &
             gather_gradient, gather_lanes, gather_slopes, gather_velocity, kinetic_energy, &
-            momentum_records, move_rigid, set_rigid_velocities, start_rigid, stretch_domains, weights_of
+            momentum_records, move_rigid, set_rigid_velocities, start_rigid, stretch_domains, &
+            weights_of
 
   ! Limits of the half length of a particle domain [cells]: within the reach of the stencil, and not
   ! degenerate.

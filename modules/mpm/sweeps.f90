@@ -69,8 +69,8 @@ contains
     end if
   end subroutine force_to_grid
 
-  !> Map mass and momentum to the grid `g`; with `g_motion`, after the particles have taken their new
-  !> velocities from it.
+  !> Map mass and momentum to the grid `g`; with `g_motion`, after the particles have taken their
+  !> new velocities from it.
   subroutine momentum_to_grid(sim, g, g_motion)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)

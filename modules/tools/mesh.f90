@@ -13,7 +13,9 @@ module tools_mesh
   public :: surface_mesh_t, new_mesh
 
   real(rp), parameter :: slack = 1.0_rp + 1.0e-9_rp    !! factor on bounds, for rounding
-  real(rp), parameter :: flat = 1.0_rp - 1.0e-13_rp    !! the same of squares, among facets in a plane
+  real(rp), parameter :: flat = 1.0_rp - 1.0e-13_rp    !! factor on the squared distance below which
+                                                       !! a plane is nearer: facets of one plane
+                                                       !! differ by rounding
 
   !> Mesh with its search structures.
   type :: surface_mesh_t
@@ -83,8 +85,8 @@ contains
     call fill_grid(mesh)
   end subroutine new_mesh
 
-  !> Compute distances on a grid, which bound the distances of other points, and nearest facets, from
-  !> which their searches begin.
+  !> Compute distances on a grid, which bound the distances of other points, and nearest facets,
+  !> from which their searches begin.
   subroutine fill_grid(mesh)
     type(surface_mesh_t), intent(inout) :: mesh
     integer, parameter :: parts = 32               ! along the longest side
@@ -177,7 +179,8 @@ contains
     end do
   end subroutine lower_bounds
 
-  !> Cells of the grid nearest to `n` points, distances from their centres and from the bounding box.
+  !> Cells of the grid nearest to `n` points, distances from their centres and from the bounding
+  !> box.
   pure subroutine cells_of(n, x, lower, upper, step, grid, c, apart, outside)
     integer, intent(in) :: n, grid(3)
     real(rp), intent(in) :: x(n, 3), lower(3), upper(3), step     !! [m]

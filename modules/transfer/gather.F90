@@ -118,9 +118,9 @@ contains
           max(low, self%plain) < min(high + 1, self%plain + self%n_plain)
   end function has
 
-  !> Copy `n_copied` lanes of 27 nodes from q on, row by row along z. Weights add up to one and slopes to
-  !> zero on each axis, so that outer nodes stored as differences from the middle one save its
-  !> multiplication.
+  !> Copy `n_copied` lanes of 27 nodes from q on, row by row along z. Weights add up to one and
+  !> slopes to zero on each axis, so that outer nodes stored as differences from the middle one save
+  !> its multiplication.
   pure subroutine copy_nodes(q, stride, g, c)
     integer, intent(in) :: q, stride(3)
     real(rp), intent(in) :: g(8, *)                  !! from the first of the lanes on
