@@ -56,7 +56,7 @@ KEY = "a parameter of the method or of a scene, as the program or the input has 
 ASKED = "a limit that a test or a command enforces"
 QUOTED = "a figure of the literature"
 ABLATION = "measured as tests/verification/ablation.md says"
-WELDS = "in benchmarks/welds/results.jsonl and sticking.jsonl, or follows from the rows there, as reported in the sources"
+WELDS = "in benchmarks/welds/results.jsonl and rule.jsonl, or follows from the rows there, as reported in the sources"
 PASSES = "in benchmarks/passes/results, in words"
 STUDY = "measured once by the command or the test beside it, which prints it again"
 FORMULA = "follows from the formula beside it"
@@ -260,26 +260,29 @@ DEFINITIONS = (
     ("docs/validation.md", "`MASS_SCALING_RANGE = 1e3, 1e5` with `INERTIAL_FRACTION = 0.03`, which `input/fsp_copper_hot_1mm.nml` has", PASSES),
     ("docs/validation.md", "A factor of 1e6 makes", KEY),
     ("docs/validation.md", "between particles 2 and 1 mm apart peaks rise by 13 to 20 %", PASSES),
-    ("docs/welds.md", "as the rpm to the power -0.91, and by -0.65 as is reported: from 300 rpm on", WELDS),
+    ("docs/welds.md", "as the rpm to the power -0.95, and by -0.65 as is reported: from 300 rpm on", WELDS),
     ("docs/welds.md", "Larger cells are 2/5 and a third", KEY),
-    ("docs/welds.md", "the torque by 1 %, sheets of 8 by 8 instead of 5 by 4.5 radii of the shoulder by 3 %", STUDY),
-    ("docs/welds.md", "mass scaling 1e7) the torque is 4 % higher. The face is 52 K below the solidus", WELDS),
+    ("docs/welds.md", "torque and power are 2 % above what is reported, and the face is 11 K colder. Under the reported force torque and power are 3 % above", WELDS),
+    ("docs/welds.md", "the axial force is low by 28 %", WELDS),
     ("docs/welds.md", "too strong at 700 K", WELDS),
-    ("docs/welds.md", "rise by 106 K from 300 to 650 rpm and by 42 K from there to 1000; 40 and 20 K are reported. What is slow is too cold: 665 K at 400 rpm, "
-     "for 720 K. Where the metal sticks the peak at 300 rpm is 707 K instead of 625, and the rise to 1000 rpm 70 K instead of 148", WELDS),
-    ("docs/welds.md", "650 rpm: torque rises from 35 to 42 and 49 N m at 1, 2 and 4 mm/s, and the probe falls from 735 to 731 and 732 K", WELDS),
-    ("docs/welds.md", "torque rises from 28 to 33 and 37 N m from 100 to 300 mm/min, the face gets colder by 34 K", WELDS),
-    ("docs/welds.md", "the face is 120 K hotter than the metal at which welds succeeded. The strength of recrystallising copper allows the power of 1.8 kW", WELDS),
-    ("docs/welds.md", "with a coefficient of 0.15, in larger cells, the torque is 4 % lower and the face 63 K colder", WELDS),
-    ("docs/welds.md", "the axial force is 1.6 times that of the machine; with", WELDS),
-    ("docs/welds.md", "it was 31 kN, at a torque of 88 N m", STUDY),
-    ("docs/welds.md", "torque and power are 21 % lower and the face is 83 K colder", WELDS),
-    ("docs/welds.md", "has 40 N m, 20 kN and 769 K. With a wall of `KIND = 'fixed'` and free sides it had 40 N m, 20 kN and 770 K", STUDY),
+    ("docs/welds.md", "the probe at 400 rpm is 11 K hotter than the reported 720 K. From 300 to 650 rpm it rises by 88 K and from there to 1000 by 10 K; "
+     "40 and 20 K are reported", WELDS),
+    ("docs/welds.md", "650 rpm: torque rises from 47 to 57 and 69 N m at 1, 2 and 4 mm/s, and the probe falls from 776 to 762 and 750 K", WELDS),
+    ("docs/welds.md", "torque rises from 35 to 43 and 48 N m from 100 to 300 mm/min, the face gets colder by 33 K", WELDS),
+    ("docs/welds.md", "the face is 138 K hotter than the metal at which welds succeeded. The strength of recrystallising copper allows the power of 2.4 kW", WELDS),
+    ("docs/welds.md", "torque is 2.6 times what is reported at 300 rpm, the face is hotter by a fifth. Under the force of the machine (`304l-pressed`) it is 2.4 times", WELDS),
+    ("docs/welds.md", "it is a coefficient of 0.24, and a mean shear stress of 27 MPa", FORMULA),
+    ("docs/welds.md", "With Coulomb friction of 0.4 under the force of the machine, and a film of 50 W/(m2 K), the torque was 76 N m and the face 1380 K", STUDY),
+    ("docs/welds.md", "gives 1000 to 10000 W/(m2 K) at 1 MPa", FORMULA),
+    ("docs/welds.md", "at 80 MPa a film of 1800 at 1 MPa is as good as 0.4 mm of steel. A poor film (50)", FORMULA),
+    ("docs/welds.md", "Friction of 0.4 instead of seizing changes AA2024 by 2 %", WELDS),
+    ("docs/choosing.md", "from 50 to 2000 W/(m2 K) at 1 MPa the torque rises by a quarter", WELDS),
+    ("docs/welds.md", "With a film of 50 W/(m2 K) at 1 MPa and friction of 0.4 the weld of AA2024 has 40 N m, 20 kN and 769 K, and with a wall of "
+     "`KIND = 'fixed'` and free sides it had 40 N m, 20 kN and 770 K", STUDY),
     ("docs/welds.md", "sticking, mass scaling 1e7, and with three anvils", KEY),
-    ("README.md", "is low by 20 % at a prescribed depth and by 18 % under the reported force, that of 304L high by up to 98 %", WELDS),
+    ("README.md", "of AA2024 are within 4 % of what is reported, a probe in AA6061 within 2 %, copper is 18 % too hot, and the torque of 304L is 2.6 times", WELDS),
     ("docs/welds.md", "welds succeeded from 733 to 803 K", QUOTED),
     ("docs/welds.md", "The bands are 15 and 30 %, for temperatures 5 %", KEY),
-    ("docs/welds.md", "a mean shear stress of 27 MPa", FORMULA),
     ("docs/welds.md", "friction 0.3, at 4.5 s of 6.9", KEY),
     ("docs/method.md", "half after (3.69-3.81)", QUOTED),
     ("docs/method.md", "(flow stress above 1e-4 of the shear modulus)", KEY),

@@ -335,6 +335,14 @@ def weld_changes(_):
     return table(["weld", "changed", "torque", "axial force", "power", "face", "hottest"], rows)
 
 
+def weld_rule(_):
+    """Welds with other films under the tool and another friction than those of the rule."""
+    rows = [[row["weld"] + (f", {MEANT[row['variant']]}" if "variant" in row else ""), str(row["pressure_factor"]), str(row["friction"]),
+             *(form.format(row[key]) for key, _, form in SHOWN), f"{row['face']:.0f}", f"{row['probe']:.0f}" if "probe" in row else ""]
+            for row in sorted(measures.lines(measures.ROOT / "benchmarks/welds/rule.jsonl"), key=lambda row: row["weld"])]
+    return table(["weld", "film at 1 MPa [W/(m2 K)]", "friction", *(title for _, title, _ in SHOWN), "face [K]", "probe [K]"], rows)
+
+
 def detection(_):
     """What catches drawn mutations of each library: the lines that tests/detection keeps."""
     sys.path.insert(0, str(measures.ROOT / "tests/detection"))
@@ -350,7 +358,7 @@ BAND = "benchmarks/graded_band.json"
 BEGIN = "benchmarks/new_scenes.json"
 ALL = {
     "detection": detection,
-    "welds": welds, "welds, ratios": weld_ratios, "welds, changes": weld_changes, "choices": choices, "verification": verification, "disc on plate": disc_on_plate, "mass scaling": mass_scaling,
+    "welds": welds, "welds, ratios": weld_ratios, "welds, changes": weld_changes, "welds, rule": weld_rule, "choices": choices, "verification": verification, "disc on plate": disc_on_plate, "mass scaling": mass_scaling,
     "scaling": scaling, "plates": plates, "speed": speed, "features": features, "kernels": kernels, "cooling": cooling, "annealing": annealing, "calibration": calibration,
     "sleeping, tilted": kept(SLEEPING, "tilted tool at x = 25 mm"),
     "heat plates": heat_plates, "heat slab": heat_slab, "heat steps": heat_steps, "heat tolerance": heat_tolerance,
