@@ -14,7 +14,8 @@
 !>
 !> In the box of a clamp a tool that moves and the clamp prescribe different velocities of the same
 !> metal, which could go with neither: it would be crushed between held nodes and the tool. The
-!> clamp does not hold nodes within a cell of the surface of a tool that is in its box.
+!> clamp does not hold nodes within a cell of the surface of a tool that is in its box, if it holds
+!> the component of the velocity nearest to the normal there.
 module boundary_clamps
   use base_kinds, only: rp
   use grid_geometry, only: length_along, wrap
@@ -335,6 +336,7 @@ contains
         if (.not. meets(k, c)) cycle
         call sim%tool(k)%distance(x, d, n, edge)
         if (d >= length_along(sim%nodes%patch%edges_at(x), n)) cycle
+        if (.not. sim%scene%clamp(c)%clamp%held(maxloc(abs(n), dim=1))) cycle
         if (d <= 0.0_rp .or. box_has(sim, c, x - d*n)) holds = .false.
       end do
     end function holds

@@ -62,9 +62,9 @@ def many_arguments(tree):
 def deeper(tree):
     """One more procedure between the sweep over the blocks and the kernel."""
     path = "modules/mpm/sweeps.f90"
-    edit(tree, path, "      call p2g_block(", "      call hand_on(")
-    edit(tree, path, "  end subroutine add_records\n",
-         "  end subroutine add_records\n\n  subroutine hand_on()\n    call p2g_block()\n  end subroutine hand_on\n")
+    edit(tree, path, "call gather_velocity(", "call hand_on(")
+    edit(tree, path, "  end function group_of\n",
+         "  end function group_of\n\n  subroutine hand_on()\n    call gather_velocity()\n  end subroutine hand_on\n")
 
 
 def more_files(tree):
