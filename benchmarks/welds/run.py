@@ -3,12 +3,14 @@
 """Published welds, computed by one rule without a fitted number, against what is reported of them.
 
     build/venv/bin/python benchmarks/welds/run.py [NAME...] [--variant coarse] [--set TOOL.SHEAR_FACTOR=0.7] [--folder FOLDER] [--record]
+    build/venv/bin/python benchmarks/welds/run.py NAME --film 50 --friction 0.4 [--variant coarse] [--record]
     build/venv/bin/python benchmarks/welds/run.py --page
 
 The rule (docs/welds.md): library metal of welds that seizes on a tool of hot work steel, a steel backing plate behind the film of rough
-faces under pressure (1000 W/(m2 K) and 1800 more at 1 MPa), friction of 0.4 on it, cold sheet without end beyond the sides, the centre of the face 0.2 mm below the surface or half the metal below the rim of the tip. Cells: a third of the thickness up to 4 mm, else a
+faces under pressure (1000 W/(m2 K) and 1800 more at 1 MPa), friction of 0.4 on it, cold sheet without end beyond the sides, the centre
+of the face 0.2 mm below the surface or half the metal below the rim of the tip. Cells: a third of the thickness up to 4 mm, else a
 quarter. Results are means of the last second. A variant has other cells or another mass scaling, for the numerical error;
---set changes one thing of the rule.
+--set changes one thing of the rule. --film (at 1 MPa) and --friction (Coulomb's, up to the strength of the metal) are recorded in rule.jsonl.
 --page draws docs/pictures/welds.png from results.jsonl and prints what is off. docs/welds.md names the sources; what is reported stands
 there and here as it is remembered.
 """
@@ -34,6 +36,8 @@ MM = 1e-3
 LIBRARY = ROOT / "share/stirpoint/materials.nml"
 PICTURE = ROOT / "docs/pictures/welds.png"
 RESULTS = pathlib.Path(__file__).with_name("results.jsonl")
+OF_RULE = pathlib.Path(__file__).with_name("rule.jsonl")
+FILM = 1800.0      # of rough faces at 1 MPa [W/(m2 K)], docs/heat.md
 # Cells over thin and thick sheets, of whole layers of particles, and mass scaling.
 RULE = (3, 4, 1e6)
 VARIANTS = {"coarse": (2.5, 3, 1e6), "fine": (4, 5, 1e6), "light": (3, 4, 3e5), "heavy": (3, 4, 3e6)}
@@ -74,7 +78,7 @@ def of_library(metal, key):
     return float(re.search(rf"\b{key} = ([\d.e+-]+)", entry).group(1))
 
 
-def text_of(name, variant):
+def text_of(name, variant, film=FILM, friction=None):
     """The input of a weld."""
     w = WELDS[name]
     thin, thick, scaling = VARIANTS.get(variant, RULE)
@@ -103,7 +107,7 @@ def text_of(name, variant):
 &BODY NAME = '{body}', MATERIAL = '{metal}', TEMPERATURE = {ambient} /
 &SHAPE BODY = '{body}', LOWER = 0, {lower * MM:.6g}, 0, UPPER = {size_x * MM:.6g}, {upper * MM:.6g}, {w["thickness"] * MM:.6g} /
 """
-        surfaces += f"""&SURFACE BODY = '{body}', FACE = 'zmin', COEFFICIENT = 1000, PRESSURE_FACTOR = 1800, BACKING = 'plate'
+        surfaces += f"""&SURFACE BODY = '{body}', FACE = 'zmin', COEFFICIENT = 1000, PRESSURE_FACTOR = {film:g}, BACKING = 'plate'
   BACKING_CONDUCTIVITY = 45, BACKING_DENSITY = 7850, BACKING_SPECIFIC_HEAT = 480, BACKING_THICKNESS = 20e-3, BACKING_COOLING = 500 /
 &SURFACE BODY = '{body}', FACE = 'zmax', COEFFICIENT = 15 /
 """
@@ -113,13 +117,14 @@ def text_of(name, variant):
             f"&SURFACE BODY = '{body}', FACE = '{face}', COEFFICIENT = 1e5, BACKING = 'plate', BACKING_CONDUCTIVITY = {conductivity}"
             f"\n  BACKING_SPECIFIC_HEAT = {heat}, BACKING_DENSITY = {density} /\n" for face in sides)
     concave = f", CONCAVITY_DEG = {w['concavity']}" if w["concavity"] else ""
+    law = f"FRICTION = {friction}" if friction else "FRICTION_LAW = 'shear-factor', SHEAR_FACTOR = 1"
     force = f", FORCE = {w['force'] * 1e3:.6g}" if w["force"] else ""
     return f"""&RUN TITLE = '{name}: {", ".join(metals)}, {w["thickness"]} mm, {w["rpm"]} rpm, {w["speed"]:.4g} mm/s' /
 &GRID CELL = {h * MM:.6g}, LOWER = {-4 * h * MM:.6g}, {-4 * h * MM:.6g}, 0, UPPER = {(size_x + 4 * h) * MM:.6g}, {(size_y + 4 * h) * MM:.6g}, {(w["thickness"] + 6 * h + 2) * MM:.6g} /
 &TIME END = {plunge / 2 + dwell + travel:.4g}, MASS_SCALING = {scaling:g} /
 {bodies}&TOOL NAME = 'tool', RADIUS = {radius * MM:.6g}, PIN_RADIUS = {w["pin"] / 2 * MM:.6g}, PIN_LENGTH = {w["length"] * MM:.6g}{concave}
   HEIGHT = 8e-3, POSITION = {start * MM:.6g}, {size_y / 2 * MM:.6g}, {(w["thickness"] + w["length"] + above) * MM:.6g}, TILT_DEG = {w["tilt"]}
-  FRICTION_LAW = 'shear-factor', SHEAR_FACTOR = 1
+  {law}
   HEATS = 'rod', CONDUCTIVITY = 25, DENSITY = 7800, SPECIFIC_HEAT = 460, CONTACT_CONDUCTANCE = 2e4 /
 &MOTION TOOL = 'tool', DURATION = {plunge / 2:.4g}, VELOCITY = 0, 0, -2e-3, SPIN_RPM = {w["rpm"]} /
 &MOTION TOOL = 'tool', DURATION = {dwell}, SPIN_RPM = {w["rpm"]} /
@@ -181,6 +186,8 @@ def main():
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(WELDS))
     parser.add_argument("--variant", choices=VARIANTS, help="other cells or another mass scaling")
     parser.add_argument("--set", metavar="GROUP.KEY=VALUE")
+    parser.add_argument("--film", type=float, default=FILM, help="under the tool, at 1 MPa [W/(m2 K)]")
+    parser.add_argument("--friction", type=float, help="Coulomb's coefficient in place of seizing")
     parser.add_argument("--folder", type=pathlib.Path, default=pathlib.Path("welds"))
     parser.add_argument("--record", action="store_true", help="put into results.jsonl, of which docs/welds.md has the tables")
     parser.add_argument("--page", action="store_true", help="draw what is kept, without a run")
@@ -191,9 +198,11 @@ def main():
         return
     arguments.folder.mkdir(parents=True, exist_ok=True)
     for name in arguments.names or WELDS:
-        kind = {key: value for key, value in (("variant", arguments.variant), ("set", arguments.set)) if value}
-        stem = "-".join((name, *(re.sub(r"\W", "_", part) for part in kind.values())))
-        (arguments.folder / f"{stem}.nml").write_text(text_of(name, arguments.variant))
+        kind = {key: value for key, value in (("variant", arguments.variant), ("set", arguments.set), ("friction", arguments.friction)) if value}
+        if arguments.film != FILM:
+            kind["film"] = arguments.film
+        stem = "-".join((name, *(re.sub(r"\W", "_", str(part)) for part in kind.values())))
+        (arguments.folder / f"{stem}.nml").write_text(text_of(name, arguments.variant, arguments.film, arguments.friction))
         before = os.times()
         done = driver.run(f"{stem}.nml", "--quiet", "--overwrite", directory=arguments.folder, expect=None, timeout=7200,
                           sets=dict([arguments.set.split("=", 1)]) if arguments.set else {})
@@ -206,9 +215,10 @@ def main():
         record["reported"] = WELDS[name]["reported"]
         print(json.dumps(record), flush=True)
         if arguments.record and done.status == driver.WELL:
-            kept = [row for row in measures.lines(RESULTS) if {key: row.get(key) for key in ("weld", "variant", "set")}
-                    != {"weld": name, "variant": arguments.variant, "set": arguments.set}]
-            RESULTS.write_text("".join(json.dumps(row) + "\n" for row in (*kept, record)))
+            path = OF_RULE if {"film", "friction"} & kind.keys() else RESULTS
+            same = ("weld", "variant", "set", "film", "friction")
+            kept = [row for row in measures.lines(path) if [row.get(key) for key in same] != [record.get(key) for key in same]]
+            path.write_text("".join(json.dumps(row) + "\n" for row in (*kept, record)))
 
 
 if __name__ == "__main__":

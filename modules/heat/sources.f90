@@ -15,7 +15,7 @@ module heat_sources
   implicit none (type, external)
   private
 
-  public :: disc_moments, heat_source_t, wall_films_t
+  public :: heat_source_t, wall_films_t
 
   !> Boundary faces with heat loss.
   type :: wall_films_t

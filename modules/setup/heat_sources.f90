@@ -11,7 +11,7 @@ module setup_heat_sources
   implicit none (type, external)
   private
 
-  public :: check_heat_sense, check_tables, n_values, read_heat_sources, split_pairs
+  public :: check_heat_sense, check_tables, n_values, read_heat_sources
 
 contains
 

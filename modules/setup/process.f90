@@ -11,7 +11,7 @@ module setup_process
   implicit none (type, external)
   private
 
-  public :: survey_tool, tool_survey_t, phase_survey_t, undefined
+  public :: survey_tool, tool_survey_t, undefined
 
   real(rp), parameter :: undefined = huge(1.0_rp)  !! value of an undefined length or time
   integer, parameter :: most_samples = 1000       !! time samples per phase

@@ -35,7 +35,7 @@ module setup_scene
   implicit none (type, external)
   private
 
-  public :: build_scene, check_grading, read_grading
+  public :: build_scene
 
 contains
 

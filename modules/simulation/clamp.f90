@@ -9,14 +9,14 @@ module simulation_clamp
   implicit none (type, external)
   private
 
-  public :: add_box_keys, clamp_t
+  public :: clamp_t
 
   type :: clamp_t
     integer :: place = 0                  !! index among the conditions of the scene
     real(rp) :: lower(3) = -huge(1.0_rp)  !! lower corner [m]; -huge: no face
     real(rp) :: upper(3) = huge(1.0_rp)
     logical :: held(3) = .true.       !! held components of the velocity
-    logical :: is_wall = .false.      !! of a &WALL, no &CLAMP
+    logical :: is_wall = .false.      !! a &WALL, not a &CLAMP
     real(rp) :: velocity(3) = 0.0_rp  !! velocity of all nodes at all times if it is uniform [m/s]
     logical :: is_uniform = .true.    !! else `velocity_at` gives the velocity
   contains

@@ -15,8 +15,7 @@ module transfer_kernels
   implicit none (type, external)
   private
 
-  public :: run_length, p2g_values, p2g_slopes, g2p_block, g2p_one, &
-    g2p_values_block
+  public :: run_length, p2g_values, p2g_slopes, g2p_one
 
   ! First lane scattered with slopes, last lane gathered with them.
 #ifdef STIRPOINT_AVX512
@@ -103,47 +102,19 @@ contains
 #undef PLANE
   end subroutine p2g_slopes
 
-  !> Interpolate the node records to `n` particles: values of all lanes, slopes of lanes 1:4.
-  subroutine g2p_block(n, w, first, stride, nn, g, rec)
-    integer, intent(in) :: n, nn, stride(3), first(nlane)
-    real(rp), intent(in) :: w(nlane, 18), g(8, nn)
-    real(rp), intent(inout) :: rec(8, 4, nlane)
-
-    call g2p_lanes(.true., 1, n, w, first, stride, nn, g, rec)
-  end subroutine g2p_block
-
-  !> Do the same for particle `p` of a block.
+  !> Interpolate the node records to particle `p` of a block: values of all lanes, slopes of
+  !> lanes 1:4.
   subroutine g2p_one(p, w, first, stride, nn, g, rec)
     integer, intent(in) :: p, nn, stride(3), first(nlane)
     real(rp), intent(in) :: w(nlane, 18), g(8, nn)
     real(rp), intent(inout) :: rec(8, 4, nlane)
-
-    call g2p_lanes(.true., p, p, w, first, stride, nn, g, rec)
-  end subroutine g2p_one
-
-  !> Interpolate only the values of lanes 5:8 to `n` particles.
-  subroutine g2p_values_block(n, w, first, stride, nn, g, rec)
-    integer, intent(in) :: n, nn, stride(3), first(nlane)
-    real(rp), intent(in) :: w(nlane, 18), g(8, nn)
-    real(rp), intent(inout) :: rec(8, 4, nlane)
-
-    call g2p_lanes(.false., 1, n, w, first, stride, nn, g, rec)
-  end subroutine g2p_values_block
-
-  !> Interpolate values of lanes 5:8 and, with `all_lanes`, values and slopes of lanes 1:4.
-  subroutine g2p_lanes(all_lanes, low, high, w, first, stride, nn, g, rec)
-    logical, intent(in) :: all_lanes
-    integer, intent(in) :: low, high, nn, stride(3), first(nlane)
-    real(rp), intent(in) :: w(nlane, 18), g(8, nn)
-    real(rp), intent(inout) :: rec(8, 4, nlane)
-    integer :: f, p, q, sx, sy
+    integer :: f, q, sx, sy
     real(rp) :: a0, a1, a2, a3, x0, x1, y0, y1, y2, t1, t2, t3
 
     sx = stride(1)
     sy = stride(2)
-    do p = low, high
-      call fetch_some(4)
-      q = first(p)
+    q = first(p)
+    call fetch_some(4)
 #define ROW(J, Q) \
         t1 = g(f, Q); t2 = g(f, Q+1); t3 = g(f, Q+2); \
         x0 = w(p, 7)*t1 + w(p, 8)*t2 + w(p, 9)*t3; \
@@ -156,18 +127,17 @@ contains
         ROW(3, Q+2*sy); \
         a0 = a0 + w(p, I)*y0; a1 = a1 + w(p, 9+I)*y0; \
         a2 = a2 + w(p, I)*y2; a3 = a3 + w(p, I)*y1
-      if (all_lanes) then
-        !$omp simd private(a0, a1, a2, a3, x0, x1, y0, y1, y2, t1, t2, t3)
-        do f = 1, back_slopes
-          a0 = 0.0_rp; a1 = 0.0_rp; a2 = 0.0_rp; a3 = 0.0_rp
-          PLANE(1, q)
-          PLANE(2, q+sx)
-          PLANE(3, q+2*sx)
-          rec(f, 1, p) = a0; rec(f, 2, p) = a1; rec(f, 3, p) = a2; rec(f, 4, p) = a3
-        end do
-      end if
+    !$omp simd private(a0, a1, a2, a3, x0, x1, y0, y1, y2, t1, t2, t3)
+    do f = 1, back_slopes
+      a0 = 0.0_rp; a1 = 0.0_rp; a2 = 0.0_rp; a3 = 0.0_rp
+      PLANE(1, q)
+      PLANE(2, q+sx)
+      PLANE(3, q+2*sx)
+      rec(f, 1, p) = a0; rec(f, 2, p) = a1; rec(f, 3, p) = a2; rec(f, 4, p) = a3
+    end do
 #undef ROW
 #undef PLANE
+#ifndef STIRPOINT_AVX512
 #define ROW(J, Q) \
         x0 = w(p, 7)*g(f, Q) + w(p, 8)*g(f, Q+1) + w(p, 9)*g(f, Q+2); \
         y0 = y0 + w(p, 3+J)*x0
@@ -177,17 +147,17 @@ contains
         ROW(2, Q+sy); \
         ROW(3, Q+2*sy); \
         a0 = a0 + w(p, I)*y0
-      !$omp simd private(a0, x0, y0)
-      do f = merge(back_slopes + 1, 5, all_lanes), 8
-        a0 = 0.0_rp
-        PLANE(1, q)
-        PLANE(2, q+sx)
-        PLANE(3, q+2*sx)
-        rec(f, 1, p) = a0
-      end do
+    !$omp simd private(a0, x0, y0)
+    do f = back_slopes + 1, 8
+      a0 = 0.0_rp
+      PLANE(1, q)
+      PLANE(2, q+sx)
+      PLANE(3, q+2*sx)
+      rec(f, 1, p) = a0
+    end do
 #undef ROW
 #undef PLANE
-    end do
-  end subroutine g2p_lanes
+#endif
+  end subroutine g2p_one
 
 end module transfer_kernels

@@ -272,10 +272,10 @@ DEFINITIONS = (
     ("docs/welds.md", "the face is 138 K hotter than the metal at which welds succeeded. The strength of recrystallising copper allows the power of 2.4 kW", WELDS),
     ("docs/welds.md", "torque is 2.6 times what is reported at 300 rpm, the face is hotter by a fifth. Under the force of the machine (`304l-pressed`) it is 2.4 times", WELDS),
     ("docs/welds.md", "it is a coefficient of 0.24, and a mean shear stress of 27 MPa", FORMULA),
-    ("docs/welds.md", "With Coulomb friction of 0.4 under the force of the machine, and a film of 50 W/(m2 K), the torque was 76 N m and the face 1380 K", STUDY),
+    ("docs/welds.md", "With Coulomb friction of 0.4 under the force of the machine, and a film of 50 W/(m2 K) at 1 MPa, the torque was 76 N m and the face 1380 K", WELDS),
     ("docs/welds.md", "gives 1000 to 10000 W/(m2 K) at 1 MPa", FORMULA),
     ("docs/welds.md", "at 80 MPa a film of 1800 at 1 MPa is as good as 0.4 mm of steel. A poor film (50)", FORMULA),
-    ("docs/welds.md", "Friction of 0.4 instead of seizing changes AA2024 by 2 %", WELDS),
+    ("docs/welds.md", "Friction of 0.4 instead of seizing changes AA2024 by 1 %", WELDS),
     ("docs/choosing.md", "from 50 to 2000 W/(m2 K) at 1 MPa the torque rises by a quarter", WELDS),
     ("docs/welds.md", "With a film of 50 W/(m2 K) at 1 MPa and friction of 0.4 the weld of AA2024 has 40 N m, 20 kN and 769 K, and with a wall of "
      "`KIND = 'fixed'` and free sides it had 40 N m, 20 kN and 770 K", STUDY),

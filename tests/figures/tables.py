@@ -336,10 +336,14 @@ def weld_changes(_):
 
 
 def weld_rule(_):
-    """Welds with other films under the tool and another friction than those of the rule."""
-    rows = [[row["weld"] + (f", {MEANT[row['variant']]}" if "variant" in row else ""), str(row["pressure_factor"]), str(row["friction"]),
+    """Welds with other films under the tool and another friction, and in the same cells by the rule."""
+    others = measures.lines(measures.ROOT / "benchmarks/welds/rule.jsonl")
+    kinds = {(row["weld"], row.get("variant")) for row in others}
+    own = [row for row in measures.lines(measures.ROOT / WELDS) if (row["weld"], row.get("variant")) in kinds and "set" not in row]
+    rows = [[row["weld"] + (f", {MEANT[row['variant']]}" if "variant" in row else ""),
+             f"{row.get('film', 1800.0):.0f}", str(row.get("friction", "seizes")),
              *(form.format(row[key]) for key, _, form in SHOWN), f"{row['face']:.0f}", f"{row['probe']:.0f}" if "probe" in row else ""]
-            for row in sorted(measures.lines(measures.ROOT / "benchmarks/welds/rule.jsonl"), key=lambda row: row["weld"])]
+            for row in sorted((*others, *own), key=lambda row: row["weld"])]
     return table(["weld", "film at 1 MPa [W/(m2 K)]", "friction", *(title for _, title, _ in SHOWN), "face [K]", "probe [K]"], rows)
 
 

@@ -23,9 +23,24 @@ program test_grid
   call test_few_nodes()
   call test_halo([9, 6, 5])
   call test_halo([40, 7, 12])
+  call test_gather()
   call end_tests()
 
 contains
+
+  !> Each rank gives as many columns as its number: rank 0 none.
+  subroutine test_gather()
+    integer :: i, r
+    real(rp) :: own(2, world%rank)
+    real(rp), allocatable :: all_columns(:, :)
+
+    own(1, :) = real(world%rank, rp)
+    own(2, :) = [(real(i, rp), i=1, world%rank)]
+    allocate (all_columns, source=world%gather(own))
+    call expect('columns of all ranks, in their order', &
+                all(nint(all_columns(1, :)) == [((r, i=1, r), r=0, world%size - 1)]) .and. &
+                all(nint(all_columns(2, :)) == [((i, i=1, r), r=0, world%size - 1)]))
+  end subroutine test_gather
 
   subroutine test_geometry()
     type(grid_t) :: grid

@@ -7,7 +7,6 @@ program test_conduction
   use transfer_conduction, only: boundary_rates, capacity_to_grid, film_to_grid, flux_to_grid, &
                                  heat_particles, largest_rate, nodal_pressure, nodal_temperature, &
                                  pressure_to_grid, surface_to_grid, temperature_increment
-  use transfer_kernels, only: g2p_values_block
   use transfer_scatter, only: p2g_affine_block
   use transfer_weights, only: block_weights, moment_weights, own_weights
   implicit none (type, external)
@@ -35,7 +34,6 @@ program test_conduction
     call test_rates()
     call test_heating()
     call test_affine()
-    call test_values_back()
   end do
   call test_film()
   call end_tests()
@@ -290,19 +288,6 @@ contains
 
     corner = [(i - 1)/stride(1), mod(i - 1, stride(1))/stride(2), mod(i - 1, stride(2))]
   end function corner_of
-
-  subroutine test_values_back()
-    real(rp) :: g(8, nn)
-    integer :: f
-
-    call random_number(g)
-    rec = 7.0_rp
-    call g2p_values_block(n, w, first, stride, nn, g, rec)
-    do f = 5, 8
-      call compare('values back', rec(f, 1, :n), to_particles(0, g(f, :)))
-    end do
-    call compare('lanes 1:4 left alone', [rec(1:4, :, :)], spread(7.0_rp, 1, 16*nlane))
-  end subroutine test_values_back
 
   !> A film takes h A dt (T - ambient) at the linear mean of the nodes around, which all hold metal.
   subroutine test_film()

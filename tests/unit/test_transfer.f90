@@ -4,7 +4,7 @@ program test_transfer
   use base_kinds, only: nlane, rp
   use check, only: begin_tests, end_tests, expect, expect_close
   use transfer_gather, only: gather_block, lanes_t
-  use transfer_kernels, only: g2p_block
+  use transfer_kernels, only: g2p_one
   use transfer_scatter, only: p2g_block, p2g_values_block
   use transfer_weights, only: block_weights
   implicit none (type, external)
@@ -189,7 +189,9 @@ contains
     call random_places(x)
     call block_weights(origin, 1.0_rp/h, spread(0.25_rp, 1, 3), stride, x, w, first)
     rec = 0.0_rp
-    call g2p_block(nlane, w, first, stride, nn, g, rec)
+    do p = 1, nlane
+      call g2p_one(p, w, first, stride, nn, g, rec)
+    end do
     off_value = 0.0_rp
     off_slope = 0.0_rp
     do p = 1, nlane
@@ -275,7 +277,9 @@ contains
     call random_number(g)
     g = g - 0.5_rp
     rec = 0.0_rp
-    call g2p_block(n, w, first, stride, nn, g, rec)
+    do p = 1, n
+      call g2p_one(p, w, first, stride, nn, g, rec)
+    end do
     call gather_block(lanes_t(1, 3, 5, 3), n, w, first, stride, nn, g, scratch, v, l, dv)
     off = 0.0_rp
     do p = 1, n
@@ -301,7 +305,9 @@ contains
     call random_number(g)
     g = g - 0.5_rp
     rec = 7.0_rp
-    call g2p_block(n, w, first, stride, nn, g, rec)
+    do p = 1, n
+      call g2p_one(p, w, first, stride, nn, g, rec)
+    end do
     off_value = 0.0_rp
     off_slope = 0.0_rp
     do p = 1, n
@@ -328,7 +334,7 @@ contains
   subroutine test_transpose()
     real(rp) :: x(nlane, 3), w(nlane, 18), g(8, nn), sums(8, nn), rec(8, 4, nlane)
     real(rp) :: back(8, 4, nlane)
-    integer :: first(nlane)
+    integer :: first(nlane), p
 
     call random_places(x)
     call block_weights(origin, 1.0_rp/h, spread(0.4_rp, 1, 3), stride, x, w, first)
@@ -338,7 +344,9 @@ contains
     sums = 0.0_rp
     back = 0.0_rp
     call p2g_block(nlane, w, first, rec, stride, nn, sums)
-    call g2p_block(nlane, w, first, stride, nn, g, back)
+    do p = 1, nlane
+      call g2p_one(p, w, first, stride, nn, g, back)
+    end do
     call expect_close('transposes', sum(sums(1:4, :)*g(1:4, :)), &
                       sum(rec(1:4, 1, :)*back(1:4, 1, :)), rtol=1.0e-13_rp)
   end subroutine test_transpose
