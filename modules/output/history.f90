@@ -177,7 +177,7 @@ contains
     call row%add(name//'_tilt', 'rad', tool%tilt())
     if (tool%monitor%is_on) call row%add(name//'_phase', '', real(tool%monitor%phase, rp))
     if (.not. tool%heat%is_on) return
-    call row%add(name//'_face_temperature', 'K', tool%heat%face)
+    call row%add(name//'_tool_face_temperature', 'K', tool%heat%face)
     call row%add(name//'_heat_content', 'J', tool%heat%content())
     call row%add(name//'_heat_gained', 'J', tool%heat%gained)
     call row%add(name//'_heat_lost', 'J', tool%heat%lost)

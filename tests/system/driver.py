@@ -195,6 +195,7 @@ class Table:
         self.text = self.path.read_text(encoding="utf-8")
         rows = list(csv.reader(line for line in self.text.splitlines() if not line.startswith("#")))
         self.names = rows[0]
+        assert len(set(self.names)) == len(self.names), f"{self.path.name}: columns of one name"
         self.rows = np.array(rows[1:], dtype=float).reshape(len(rows) - 1, len(self.names))
 
     def __getitem__(self, name):

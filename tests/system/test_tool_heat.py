@@ -89,7 +89,7 @@ def test_two_half_spaces(run, seed, gap):
     assert np.abs(error).max() < 0.01
     if conductance is None:
         face = (one * hot + other * cold) / (one + other)
-        apart = history["anvil_face_temperature[K]"][late] - face
+        apart = history["anvil_tool_face_temperature[K]"][late] - face
         print("face", np.abs(apart).max() / (hot - cold))
         assert np.abs(apart).max() < 0.01 * (hot - cold)
 
@@ -164,7 +164,7 @@ def test_goes_on_bitwise(run, tmp_path):
     assert one.history().text == part.history().text
     three = found["three"].results("hot_column")
     assert driver.distance(one.checkpoint(), three.checkpoint(), ["temp"])["temp"] < 1e-9
-    for name in ("anvil_face_temperature[K]", "anvil_heat_gained[J]"):
+    for name in ("anvil_tool_face_temperature[K]", "anvil_heat_gained[J]"):
         assert three.history()[name] == pytest.approx(one.history()[name], rel=1e-9, abs=1e-12)
 
 
