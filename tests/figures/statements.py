@@ -102,7 +102,7 @@ DEFINITIONS = (
     ("docs/accuracy.md", "TIME.CFL = 0.4)", KEY),
     ("docs/accuracy.md", "pressed 0.05 mm into a clamped copper plate in 2 ms. Force and torque are means from 0.5 to 1.9 ms, heat is "
      "that after 1.9 ms. The grid is shifted by (0.13, 0.29, 0.41) cells", KEY),
-    ("docs/restart.md", "open by more than 10 % of the energy turned over (`audit_error`; above 1 % a", KEY),
+    ("docs/restart.md", "more than 10 % of the energy turned over (`audit_error`; above 1 % a", KEY),
     ("docs/restart.md", "hotter than 1.15 times its T_MELT", KEY),
     ("docs/heat.md", "100 x 40 x 12 mm, 970 rpm, 1.8 mm/s, 700 W/(m2 K) below", KEY),
     ("docs/heat.md", "the cavity of 1290 mm3", KEY),
@@ -380,7 +380,7 @@ DEFINITIONS = (
     ("docs/speed.md", "a frame has 100 bytes a particle", KEY),
     ("docs/speed.md", "one a step, 56 us on 10,000 ranks, 3 % of the shortest step", FORMULA),
     ("docs/speed.md", "the box of every rank, 24 bytes each", KEY),
-    ("docs/speed.md", "it has 29 fields and a tag, 240 bytes. The rest are nodes: two grids of 64 bytes a node, and 16 bytes", KEY),
+    ("docs/speed.md", "it has 29 fields and a tag, 240 bytes. The nodes take the rest: two grids of 64 bytes a node, and 16 bytes", KEY),
     ("docs/speed.md", "takes 40 bytes a particle more while it lasts, and a frame 92", KEY),
     ("docs/speed.md", "is 1 awake, 0.15 more where its block flows, 22 more at a tool, 0.035 asleep", KEY),
     ("docs/speed.md", "agree to 1 %. `tests/system/test_sleeping.py`", STUDY),
