@@ -329,7 +329,7 @@ DEFINITIONS = (
     ("docs/microstructure.md", "| 6.11-6.13, AA5005", QUOTED),
     ("docs/microstructure.md", "by the driver with 2 % of noise, started from beta* = 0.001, k_0 = 3 and alpha* = 0.1", KEY),
     ("docs/microstructure.md", "(the noise: 2 %)", KEY),
-    ("docs/microstructure.md", "figures 6.6 and 6.7 lack", QUOTED),
+    ("docs/microstructure.md", "figures 6.6 and 6.7 of the thesis). The integration in time", QUOTED),
     ("docs/microstructure.md", "a strain of 30 at 773 K and 25/s", KEY),
     ("docs/microstructure.md", "at 0.0140 1/s", KEY),
     ("docs/microstructure.md", "(friction 0.3, h = 200)", KEY),
