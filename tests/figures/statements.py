@@ -189,7 +189,7 @@ DEFINITIONS = (
     ("docs/heat.md", "the metal gets 68 %", FORMULA),
     ("docs/heat.md", "the enthalpy over 0 K", KEY),
     ("docs/heat.md", "a wall and a film is within 1 % from two cells off the film on", ASKED),
-    ("docs/heat.md", "heat is within 1 % once it has gone nine cells deep", ASKED),
+    ("docs/heat.md", "heat is within 1 % once it has penetrated nine cells", ASKED),
     ("docs/heat.md", "(p/1 MPa)^PRESSURE_EXPONENT", KEY),
     ("docs/heat.md", "h = 1.25 k m/s (p/H)^0.95", QUOTED),
     ("docs/heat.md", "With k = 50 W/(m K), m = 0.1, s = 5 um and H = 1 GPa that is 1800 W/(m2 K) at 1 MPa", FORMULA),
@@ -201,7 +201,8 @@ DEFINITIONS = (
     ("docs/tutorial.md", "with the solidus, 855 K here", KEY),
     ("docs/heat.md", "0, 500, 10e6, 3000, 100e6, 12000", KEY),
     ("docs/heat.md", "half spaces is within 1 % once it", ASKED),
-    ("docs/heat.md", "24 cells deep, heat through two bars of 16 cells between walls within 1 %; the particle next to the gap is up to 3 % of the", ASKED),
+    ("docs/heat.md", "24 cells, heat through two bars of 16 cells between walls within 1 %; the particle next to the gap is up to 3 % of "
+     "the", ASKED),
     ("docs/heat.md", "Exact problems, within 1 %", ASKED),
     ("docs/method.md", "or 3.5 cells of a tool", KEY),
     ("docs/choosing.md", "A plate of 100 x 150 x 6 mm stirred by a flat tool (`benchmarks/band.nml`): cells of 0.5 mm everywhere, and in a band of 30 mm in its", KEY),
