@@ -203,8 +203,7 @@ def test_friction_heat_goes_to_both_bodies(run, tmp_path):
 # -- rigid bodies
 
 
-@pytest.mark.parametrize("shape, speed", [("ugimp", 0.0), ("ugimp", 0.3), ("ugimp", 1.0), ("bspline", 0.0),
-                                          ("bspline", 0.3)])
+@pytest.mark.parametrize("shape, speed", [("ugimp", 0.0), ("ugimp", 1.0), ("bspline", 0.3)])
 def test_bar_hits_a_rigid_wall_of_particles(run, tmp_path, shape, speed):
     """Exact: the bar of impact.nml falls at 1 m/s onto a wall of particles that rises at `speed` u and starts
     0.5 mm below it, so that they meet anywhere between two grid planes: nothing before 0.5 mm/(1 + u) (to 0.1
@@ -309,23 +308,21 @@ def test_bodies_without_contact_stick(run, tmp_path):
     assert max(apart.values()) <= 1e-10, apart
 
 
-@pytest.mark.parametrize("ranks", [2, 4])
 @pytest.mark.parametrize("name, sets", [
     ("discs", {"TIME.END": 2.0, "OUTPUT.CHECKPOINT_INTERVAL": 2.0}),
     ("discs", {"TIME.END": 2.0, "OUTPUT.CHECKPOINT_INTERVAL": 2.0, "METHOD.SCHEME": "usavg",
                "CONTACT.NORMAL": "regression"}),
     ("press", {"TIME.END": 2e-5, "OUTPUT.CHECKPOINT_INTERVAL": 2e-5, "METHOD.TRANSFER": "fmpm", "TIME.CFL": 0.25})])
-def test_any_number_of_ranks(run, tmp_path, name, sets, ranks):
+def test_any_number_of_ranks(run, tmp_path, name, sets):
     """Exact: the same positions [m], velocities [m/s] and stresses [Pa] on 2 and 4 ranks as on one, to 1e-10 of
     the largest, after many steps of contact across the cuts."""
     state = []
-    for n in (None, ranks):
+    for n in (None, 2, 4):
         (tmp_path / str(n)).mkdir()
         results = run(name, "--quiet", directory=tmp_path / str(n), ranks=n, sets=sets).results(name)
         state.append(results.checkpoint())
-    apart = driver.distance(*state, ["x", "v", "b", "jac", "tau"])
-    print(apart)
-    assert max(apart.values()) <= 1e-10, apart
+        apart = driver.distance(state[0], state[-1], ["x", "v", "b", "jac", "tau"])
+        assert max(apart.values()) <= 1e-10, (n, apart)
 
 
 def test_restart(run, tmp_path):

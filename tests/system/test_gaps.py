@@ -102,7 +102,7 @@ def test_steady(run, seed, integrator, tmp_path):
     path = tmp_path / "bars.nml"
     path.write_text(text + f"&WALL SIDE = 'zmax', POSITION = {length}, TEMPERATURE = {hot} /\n"
                     f"&WALL SIDE = 'zmin', POSITION = {-length}, TEMPERATURE = {cold} /\n")
-    sets = sets_of(upper, lower, hot, cold, depth=12e-3)
+    sets = sets_of(upper, lower, hot, cold, depth=8e-3)
     sets |= {"SHAPE(1).UPPER": f"{CELL},{CELL},{length}", "SHAPE(2).LOWER": f"0,0,{-length}", "CONTACT.CONDUCTANCE": conductance,
              "HEAT.INTEGRATOR": integrator}
     if integrator != "explicit":

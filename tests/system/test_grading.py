@@ -140,22 +140,22 @@ def stirred(axes="z", **more):
                    "MOTION(1).VELOCITY": "0,0,-20e-3", "TIME.MASS_SCALING": 1e6} | more
 
 
-@pytest.mark.parametrize("ranks, axes", [(None, "z"), (2, "z"), (2, "xyz")])
-def test_stirring_on_ranks_and_after_a_restart(run, tmp_path_factory, ranks, axes):
+@pytest.mark.parametrize("axes", ["z", "xyz"])
+def test_stirring_on_ranks_and_after_a_restart(run, tmp_path_factory, axes):
     """Exact: the graded plate, stirred with heat and friction, is the same on one and two ranks (to 1e-6 of the
     largest), and a run that goes on from a checkpoint has the same doubles."""
     fields = ["x", "v", "tau", "temp"]
-    whole = run("stir", "--quiet", ranks=ranks, sets=stirred(axes)).results("stir")
+    whole = run("stir", "--quiet", ranks=2, sets=stirred(axes)).results("stir")
     alone = run("stir", "--quiet", sets=stirred(axes), directory=tmp_path_factory.mktemp("one")).results("stir").checkpoint()
     apart = driver.distance(alone, whole.checkpoint(), fields)
-    print(ranks, apart, whole.history()["tool_force_z[N]"][-1])
-    assert max(apart.values()) <= (1e-6 if ranks else 0.0), apart
+    print(apart, whole.history()["tool_force_z[N]"][-1])
+    assert max(apart.values()) <= 1e-6, apart
     assert whole.history()["tool_force_z[N]"][-1] > 1000.0
     place = tmp_path_factory.mktemp("parts")
     steps = {"TIME.MAX_STEPS": 3 * whole.checkpoint().step // 4}
-    part = run("stir", "--quiet", ranks=ranks, sets=stirred(axes, **steps), directory=place).results("stir")
+    part = run("stir", "--quiet", ranks=2, sets=stirred(axes, **steps), directory=place).results("stir")
     assert part.checkpoint().step < whole.checkpoint().step
-    run("stir", "--quiet", "--restart", part.path("_checkpoint.h5"), ranks=ranks, sets=stirred(axes), directory=place)
+    run("stir", "--quiet", "--restart", part.path("_checkpoint.h5"), ranks=2, sets=stirred(axes), directory=place)
     assert max(driver.distance(part.checkpoint(), whole.checkpoint(), fields).values()) == 0.0
 
 

@@ -13,7 +13,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "verification"))
 
 import exact
 
-LENGTH, CELL = 32e-3, 1e-3
+LENGTH, CELL = 32e-3, 1.6e-3
 
 
 def pressure_of(stretch, young, poisson):
@@ -59,6 +59,8 @@ def test_coefficient_by_pressure(run, tmp_path, seed, integrator):
     conductivity = h * LENGTH / random.uniform(0.5, 2.0)
     end = LENGTH**2 / (conductivity / 2.43e6)
     sets = keys | {"MATERIAL.YOUNGS_MODULUS": young, "MATERIAL.POISSON_RATIO": poisson, "MATERIAL.CONDUCTIVITY": conductivity,
+                   "GRID.CELL": CELL, "GRID.LOWER": f"{-2 * CELL},{-2 * CELL},0", "GRID.UPPER": f"{3 * CELL},{3 * CELL},{LENGTH}",
+                   "SHAPE.UPPER": f"{CELL},{CELL},{LENGTH}", "WALL(2).POSITION": CELL, "WALL(4).POSITION": CELL,
                    "BODY.DEFORMATION": f"1,0,0,0,1,0,0,0,{stretch}", "TIME.END": end, "OUTPUT.CHECKPOINT_INTERVAL": end,
                    "OUTPUT.HISTORY_INTERVAL": end / 10, "TIME.DT": 0.15 * CELL**2 / conductivity * 2.43e6,
                    "HEAT.INTEGRATOR": integrator}
@@ -96,7 +98,8 @@ def test_radiation(run, seed, how):
     capacity, area = 3.6e6 * 4e-3**3, 6 * 4e-3**2
     end = 0.9 * cooling_time(around + 0.3 * (start - around), start, around, emissivity, capacity, area)
     sets = {"BODY.TEMPERATURE": start, "HEAT.AMBIENT": around, "SURFACE.EMISSIVITY": emissivity, "TIME.END": end,
-            "OUTPUT.HISTORY_INTERVAL": end / 10, "OUTPUT.CHECKPOINT_INTERVAL": end, "TIME.DT": end / 1000}
+            "OUTPUT.HISTORY_INTERVAL": end / 10, "OUTPUT.CHECKPOINT_INTERVAL": end, "TIME.DT": end / 1000,
+            "GRID.CELL": 2e-3}
     if how == "backward-euler":
         sets |= {"HEAT.INTEGRATOR": how, "HEAT.EVERY": 5}
     history = run("radiating_cube", "--quiet", sets=sets).results("radiating_cube").history()
