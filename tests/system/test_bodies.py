@@ -309,8 +309,8 @@ def test_bodies_without_contact_stick(run, tmp_path):
 
 
 @pytest.mark.parametrize("name, sets", [
-    ("discs", {"TIME.END": 2.0, "OUTPUT.CHECKPOINT_INTERVAL": 2.0}),
-    ("discs", {"TIME.END": 2.0, "OUTPUT.CHECKPOINT_INTERVAL": 2.0, "METHOD.SCHEME": "usavg",
+    ("discs", {"TIME.END": 1.5, "OUTPUT.CHECKPOINT_INTERVAL": 1.5}),
+    ("discs", {"TIME.END": 1.5, "OUTPUT.CHECKPOINT_INTERVAL": 1.5, "METHOD.SCHEME": "usavg",
                "CONTACT.NORMAL": "regression"}),
     ("press", {"TIME.END": 2e-5, "OUTPUT.CHECKPOINT_INTERVAL": 2e-5, "METHOD.TRANSFER": "fmpm", "TIME.CFL": 0.25})])
 def test_any_number_of_ranks(run, tmp_path, name, sets):

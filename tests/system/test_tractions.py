@@ -115,7 +115,8 @@ def test_pushed_block(run, cell):
 
 
 def test_pushed_block_on_ranks(run, tmp_path):
-    """Exact: the pushed block has the same state on any number of ranks: to 1e-10 (the stress of 0.1 MPa, a difference of moduli of 2 GPa, follows from b and jac)."""
+    """Exact: the pushed block has the same state on any number of ranks: to 1e-10 (the stress of 0.1 MPa,
+    a difference of moduli of 2 GPa, follows from b and jac)."""
     sets = {"TIME.END": 4e-4, "OUTPUT.CHECKPOINT_INTERVAL": 4e-4, "GRID.CELL": 2.5e-3}
     one = run("pushed", "--quiet", sets=sets).results("pushed").checkpoint()
     assert np.abs(one.v[:, 0]).min() > 0.5
