@@ -102,7 +102,9 @@ def test_share_by_effusivities(run, heats, tmp_path):
     share = effusivity(metal) / (effusivity(metal) + effusivity(tool))
     sets = {f"MATERIAL.{key}": value for key, value in metal.items()} | {f"TOOL.{key}": value for key, value in tool.items()}
     if heats:
-        sets |= {"TOOL.HEATS": "rod", "TOOL.TEMPERATURE": 300, "TOOL.HEAT_AREA": 2.5e-4**2, "TIME.END": 0.05}
+        sets |= {"TOOL.HEATS": "rod", "TOOL.TEMPERATURE": 300, "TOOL.HEAT_AREA": 2.5e-4**2, "TIME.END": 0.02}
+    else:
+        sets["TIME.END"] = 2e-3
     path = tmp_path / "sliding.nml"
     path.write_text((driver.ROOT / "tests/verification/inputs/heat_friction.nml").read_text().replace("HEAT_SHARE = 0.5", ""))
     done = run(path, sets=sets)
