@@ -26,7 +26,7 @@ def test_scene_runs_as_it_is(run, tmp_path, scene):
         (tmp_path / name).write_text(run(None, "--new", name).out, encoding="utf-8")
     checked = run("my.nml", "--check=scene")
     assert "warning" not in checked.out + checked.err
-    ends = {"heat": 2.0, "shoulder": 0.6, "spot": 0.6}
+    ends = {"heat": 2.0, "shoulder": 0.6, "spot": 0.3}
     end = {"TIME.END": ends[scene]} if scene in ends else {"TIME.MAX_STEPS": 30}
     done = run("my.nml", sets=end)
     assert "results in my.out" in done.out
