@@ -104,7 +104,8 @@ contains
     sync_file = c_sync(trim(path)//c_null_char) == 0
   end function sync_file
 
-  !> Give a file a second name, which is replaced; true also if there is no such file.
+  !> Give a file a second name; a file of that name is replaced. True also if there is no file
+  !> `path`.
   logical function keep_file(path, kept)
     character(*), intent(in) :: path, kept
 
@@ -130,7 +131,7 @@ contains
     integer :: first, last
 
     text = ''
-    do   ! until it fits, as files may be added meanwhile
+    do   ! repeated until the list fits, as files may be added meanwhile
       length = c_list(trim(path)//c_null_char, text, int(len(text), i8))
       if (length <= len(text)) exit
       text = repeat(' ', int(length) + 256)

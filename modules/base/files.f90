@@ -10,10 +10,11 @@ module base_files
 
   public :: free_name, text_file_t, write_whole, reason_of
 
-  !> A text file to append to. `code` is errno of the first failed call, or 0.
+  !> Text file to append to. `code` is errno of the first failed call, or 0.
   type :: text_file_t
     integer :: code = 0
-    logical :: was_restored = .false.        !! after it was moved, deleted or replaced
+    logical :: was_restored = .false.        !! the file was created anew after it had been moved,
+                                             !! deleted or replaced
     integer(c_int), private :: fd = -1
     character(:), allocatable, private :: path
   contains
@@ -88,7 +89,7 @@ contains
     call open_file(self, path, 0_c_int)
   end subroutine append
 
-  !> Open a file.
+  !> Open a new file, or an existing one to append to.
   subroutine open_file(self, path, is_new)
     class(text_file_t), intent(inout) :: self
     character(*), intent(in) :: path
@@ -100,7 +101,7 @@ contains
     if (self%fd < 0) self%code = -self%fd
   end subroutine open_file
 
-  !> Append `text`; after a failure nothing is written.
+  !> Append `text`; nothing is written after a failure.
   subroutine put(self, text)
     class(text_file_t), intent(inout) :: self
     character(*), intent(in) :: text

@@ -16,12 +16,12 @@ module base_log
   logical :: is_lost = .false.     !! a line could not be written
   logical :: is_read = .true.      !! standard output has a reader
   logical :: is_drawn = .false.    !! the window shows a progress line
-  logical :: is_open = .false.     !! the log file
-  type(text_file_t) :: file        !! that
-  character(:), allocatable :: early   !! what was said before it
+  logical :: is_open = .false.     !! the log file is open
+  type(text_file_t) :: file        !! log file
+  character(:), allocatable :: early   !! lines written before the log file was opened
 
   interface
-    !> 0, errno, or -1 if the reader has gone (disk.c).
+    !> Write text to standard output; 0, errno, or -1 if the reader of the pipe has gone (disk.c).
     integer(c_int) function c_say(text, n) bind(c, name='stirpoint_say')
       import :: c_char, c_int, c_long_long
       implicit none (type, external)
@@ -88,7 +88,7 @@ contains
     end if
   end subroutine note_log
 
-  !> Open the log file, new or to append, and write the lines so far.
+  !> Open the log file, new or to append, and write the lines stored so far.
   subroutine open_log(path, appends)
     character(*), intent(in) :: path
     logical, intent(in) :: appends

@@ -73,8 +73,9 @@ module base_system
       implicit none (type, external)
     end subroutine leave_signals
 
-    !> Step `step` has ended; below 0: steps are over. If then none ends for ten minutes (or the
-    !> seconds in the variable STIRPOINT_SILENCE), that is said on stderr.
+    !> Report that step `step` has ended, or with a negative number that the last step has. If then
+    !> no step ends for ten minutes (or the seconds in the variable STIRPOINT_SILENCE), a message is
+    !> written to standard error.
     subroutine note_step(step) bind(c, name='stirpoint_note_step')
       import :: c_int64_t
       implicit none (type, external)
@@ -87,8 +88,8 @@ module base_system
       implicit none (type, external)
     end function stop_signal
 
-    !> Register `bytes` from `p`, but for those from `gap_from` to `gap_to`, for prefetching by
-    !> `fetch_some`.
+    !> Register `bytes` of memory from `p`, except those from `gap_from` to `gap_to`, for
+    !> prefetching by `prefetch_lines`.
     subroutine need_soon(p, bytes, gap_from, gap_to) bind(c, name='stirpoint_need_soon')
       import :: c_double, c_int
       implicit none (type, external)
@@ -104,7 +105,7 @@ module base_system
     end subroutine fetch_some
 
     !> Records rec(8, 4, n) of n particles (a multiple of 8) for the transfer to the grid: values
-    !> from `value(n, 8)`, lanes 5:7 of the slope parts from `slope(n, 9)`, all else 0.
+    !> from `value(n, 8)`, lanes 5:7 of the slope parts from `slope(n, 9)`, all other lanes 0.
     pure subroutine to_records(n, value, slope, rec) bind(c, name='stirpoint_to_records')
       import :: c_double, c_int
       implicit none (type, external)
@@ -164,8 +165,8 @@ contains
     a = 0.0_rp
   end subroutine allocate_aligned
 
-  !> Resize memory of `allocate_aligned` to `n` reals; values are kept, new ones are 0. Large memory
-  !> is not copied.
+  !> Resize memory of `allocate_aligned` to `n` reals; values are kept, new ones are 0. Large arrays
+  !> are moved without a copy.
   subroutine resize_aligned(n, a)
     integer(i8), intent(in) :: n
     real(rp), pointer, contiguous, intent(inout) :: a(:)
@@ -309,7 +310,7 @@ contains
     end do
     close (unit)
   contains
-    !> Apply the limits of a control group and its parents.
+    !> Reduce the available memory to the limits of a control group and its parents.
     subroutine restrict(root, group, limit, used)
       character(*), intent(in) :: root, group, limit, used
       character(:), allocatable :: path
@@ -341,7 +342,7 @@ contains
       read (unit, '(a)', iostat=status) line
       if (status /= 0) exit
       if (line(:13) /= 'MemAvailable:') cycle
-      read (line(14:), *, iostat=status) kernel_memory     ! in kB
+      read (line(14:), *, iostat=status) kernel_memory     ! the file has kB
       if (status == 0) kernel_memory = 1024.0_rp*kernel_memory
       exit
     end do

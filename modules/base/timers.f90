@@ -9,7 +9,7 @@ module base_timers
 
   integer, parameter, public :: n_phases = 7
 
-  ! The phases of a run.
+  ! Phases of a step whose times are measured.
   integer, parameter, public :: ph_to_grid = 1, ph_exchange = 2, ph_nodes = 3, &
                                 ph_to_particles = 4, ph_conduction = 5, ph_sorting = 6, &
                                 ph_output = 7

@@ -39,7 +39,7 @@ module base_world
     procedure :: start => start_reduction, is_done, finish => finish_reduction
   end type reduction_t
 
-  real(rp), parameter :: wait_limit = 60.0_rp  !! for the other ranks after an error [s]
+  real(rp), parameter :: wait_limit = 60.0_rp  !! longest wait for other ranks after an error [s]
 
 contains
 
@@ -55,8 +55,8 @@ contains
 
   !> Start MPI (without mpirun one rank). Shared file pointers of Open MPI are disabled: they use a
   !> named semaphore of the node, which a killed run leaves locked and whose name cannot hold long
-  !> paths. A program that no launcher started needs no daemon of Open MPI beside it, no directory
-  !> for that (which single processes would share), and no search for networks.
+  !> paths. Open MPI of a program without a launcher starts no daemon, makes no session directory
+  !> (which single processes would share), and searches no networks.
   subroutine start_world(world)
     type(world_t), intent(out) :: world
 

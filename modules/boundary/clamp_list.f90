@@ -51,7 +51,8 @@ contains
   subroutine list_column_nodes(sim, axis)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: axis
-    real(rp), allocatable :: columns(:, :)   ! lane 1: column stored whole here, lane 2: in part
+    real(rp), allocatable :: columns(:, :)   ! lane 1: this rank stores the whole column of the
+                                             ! node; lane 2: only a part of it
     logical, allocatable :: is_known(:)
     integer :: i, k, lane
 
@@ -74,7 +75,7 @@ contains
     end associate
   end subroutine list_column_nodes
 
-  !> List node `q` and columns through it for clamp `c`.
+  !> List node `q` if clamp `c` holds it, and the columns through it.
   subroutine list_node(sim, c, q)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: c, q
@@ -143,7 +144,7 @@ contains
     end associate
   end subroutine list_column
 
-  !> Weights, at a point `t` cells above a node, of that node (2) and its neighbours.
+  !> Weights of a node (2) and its neighbours (1, 3) at a point `t` cells above the node.
   pure function weights_at(scene, t) result(w)
     type(scene_t), intent(in) :: scene
     real(rp), intent(in) :: t
@@ -160,7 +161,8 @@ contains
   !> w**2/2 for a linear function, w**1.5/(3 sqrt(f)) for the outer part f d**2 of a B-spline.
   pure function tails(scene, parts, w) result(tail)
     type(scene_t), intent(in) :: scene
-    real(rp), intent(in) :: parts(3), w(3)   !! f (1/2 in equal cells), weights
+    real(rp), intent(in) :: parts(3), w(3)   !! factor f of the parts of a B-spline (1/2 in equal
+                                             !! cells), weights
     real(rp) :: tail(3)
 
     if (scene%method%is_bspline) then
@@ -170,10 +172,10 @@ contains
     end if
   end function tails
 
-  !> True if a node is held itself: it is in a box and not just part of columns across one face.
+  !> True if a node lies in the box of a clamp and not only in columns across one face.
   pure logical function is_fixed(sim, x)
     type(simulation_t), intent(in) :: sim
-    real(rp), intent(in) :: x(3)             !! [m]
+    real(rp), intent(in) :: x(3)             !! position of the node [m]
     integer :: c, n_boxes, n_faces
 
     n_boxes = 0
@@ -192,7 +194,7 @@ contains
   !> For each axis, true if a node in the box is part of the columns across the face there.
   pure function near_face(sim, face, x) result(is_near)
     type(simulation_t), intent(in) :: sim
-    real(rp), intent(in) :: face(3), x(3)    !! [m]
+    real(rp), intent(in) :: face(3), x(3)    !! corner of the box, position of the node [m]
     logical :: is_near(3)
     real(rp) :: depth, y(3)
     integer :: a
@@ -214,7 +216,7 @@ contains
   pure real(rp) function cells_between(nodes, a, node, face) result(cells)
     type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: a
-    real(rp), intent(in) :: node, face      !! [m]
+    real(rp), intent(in) :: node, face      !! positions of the node and the face [m]
 
     associate (grading => nodes%patch%grading(a))
       if (grading%is_graded) then

@@ -12,10 +12,10 @@
 !> coefficient times the pressing impulse. Such a projection cannot add energy. The shear strength
 !> of the metal needs no limit of its own: the stress of the particles beside the wall has it.
 !>
-!> In the box of a clamp a tool that moves and the clamp prescribe different velocities of the same
-!> metal, which could go with neither: it would be crushed between held nodes and the tool. The
-!> clamp does not hold nodes within a cell of the surface of a tool that is in its box, if it holds
-!> the component of the velocity nearest to the normal there.
+!> A moving tool inside the box of a clamp and the clamp prescribe different velocities of the same
+!> metal, which would be crushed between held nodes and the tool. The clamp therefore does not hold
+!> nodes within a cell of the surface of such a tool, if it holds the velocity component nearest to
+!> the normal of the tool there.
 module boundary_clamps
   use base_kinds, only: rp
   use grid_geometry, only: length_along, wrap
@@ -29,7 +29,7 @@ module boundary_clamps
 
   real(rp), parameter, public :: slack = 1.0e-6_rp   !! tolerance of positions [cells]
 
-  !> Mass, over that of a node at the end of a body, below which the weight of a node is reduced.
+  !> Smallest mass of a node, over that at the end of a body, that leaves its weight unchanged.
   real(rp), parameter :: min_tail = 0.5_rp
 
 contains
@@ -55,8 +55,8 @@ contains
     end do
   end subroutine hold_walls
 
-  !> Stop the metal on walls with friction, and record the impulse and the work of friction. Clamps
-  !> and mirrored velocities follow.
+  !> Stop the metal on walls with friction, and record the impulse and the work of friction. Held
+  !> nodes and mirrored velocities are set afterwards.
   subroutine apply_wall_friction(sim, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)   !! velocity records
@@ -75,7 +75,7 @@ contains
           g([lane, 4 + lane], q) = 0.0_rp
         end associate
       end do
-      do axis = 1, 3                            ! the same order on all ranks where walls meet
+      do axis = 1, 3                            ! the same order on all ranks
         do i = 1, size(pressing)
           associate (wall => sim%scene%symmetry(plane(2, i)))
             if (wall%axis == axis .and. wall%friction > 0.0_rp) then
@@ -91,7 +91,8 @@ contains
   subroutine stop_node(sim, c, on, limit, least, g)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: c, on
-    real(rp), intent(in) :: limit, least                  !! [N s], smallest nodal inertia [kg]
+    real(rp), intent(in) :: limit, least                  !! largest impulse [N s], smallest nodal
+                                                          !! inertia [kg]
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
     real(rp) :: change(3), impulse(3), inertia(2), spans(3), v(3), w(2), work
     integer :: ijk(3), k, node(2), step
@@ -100,7 +101,7 @@ contains
       if (limit <= 0.0_rp .or. g(8, on) <= min_node_mass) return
       ijk = patch%indices(on)
       step = merge(1, -1, wall%faces_up)
-      if (ijk(wall%axis) + step < patch%all%lo(wall%axis)) return   ! no particle of this rank
+      if (ijk(wall%axis) + step < patch%all%lo(wall%axis)) return   ! no particle is near
       if (ijk(wall%axis) + step > patch%all%hi(wall%axis)) return
       node = [on, on + step*patch%stride(wall%axis)]
       w = [1.0_rp, 0.0_rp]
@@ -198,7 +199,7 @@ contains
     end do
   end subroutine hold_columns
 
-  !> Changes of lane `a` of a column's nodes that set it to `value` at the face.
+  !> Changes of lane `a` at the nodes of a column that set its value at the face to `value`.
   pure function jumps(column, value, a, least, nn, mass, g) result(jump)
     type(column_t), intent(in) :: column
     real(rp), intent(in) :: value, least     !! prescribed value, smallest nodal inertia [kg]
@@ -289,7 +290,8 @@ contains
     end do
   end subroutine release_held
 
-  !> Take the nodes and columns near tools, at their places at the begin of a step, from the lists.
+  !> Remove the nodes and columns near tools, at the tool positions at the beginning of a step, from
+  !> the lists of held ones.
   subroutine yield_to_tools(sim)
     type(simulation_t), intent(inout) :: sim
     logical :: meets(size(sim%tool), size(sim%scene%clamp))
@@ -322,7 +324,7 @@ contains
       if (.not. any(meets)) deallocate (now%listed_node, now%listed_column)
     end associate
   contains
-    !> True if clamp `c` holds node `q` beside the tools that have come into its box.
+    !> True if clamp `c` still holds node `q`, given the tools inside its box.
     logical function holds(q, c)
       integer, intent(in) :: q, c
       real(rp) :: d, edge, n(3), x(3)
@@ -342,7 +344,7 @@ contains
     end function holds
   end subroutine yield_to_tools
 
-  !> True if tool `k` moves relative to clamp `c` and the box around it overlaps that of the clamp.
+  !> True if tool `k` moves relative to clamp `c` and its bounding box overlaps that of the clamp.
   pure logical function comes_into(sim, k, c)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: k, c
@@ -362,7 +364,7 @@ contains
   pure logical function box_has(sim, c, x)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: c
-    real(rp), intent(in) :: x(3)             !! [m]
+    real(rp), intent(in) :: x(3)             !! position of the point [m]
     real(rp) :: y(3)
     logical :: inside(3)
     integer :: turn

@@ -20,7 +20,7 @@ module boundary_symmetry
   ! Parts of a reflection (run_order): nodes shared between ranks, all others.
   integer, parameter, public :: shared_part = 1, interior_part = 2
 
-  ! Kinds of nodal records, which determine the lanes that are odd at a wall:
+  ! Kinds of nodal records, which determine the lanes that change sign at a wall:
   integer, parameter, public :: &
     r_momentum = 1, &      !! mass, momentum (3), force (3), mass times temperature
     r_velocity = 2, &      !! velocity (3), temperature, velocity change (3), mass
@@ -70,9 +70,9 @@ contains
     end associate
   end subroutine list_mirrors
 
-  !> Move pairs and planes with `marked` nodes to the front, which are reflected first; mirror nodes
-  !> of marked ones, directly or around a corner, are marked as well, and with friction the node on
-  !> the wall between them.
+  !> Move pairs and planes with `marked` nodes to the front of the lists, to be reflected first;
+  !> mirror nodes of marked ones, directly or around a corner, are marked as well, and with friction
+  !> the node on the wall between them.
   subroutine split_mirrors(sim, marked)
     type(simulation_t), intent(inout) :: sim
     logical, intent(inout) :: marked(:)
@@ -226,7 +226,8 @@ contains
     integer, intent(in) :: kind
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn), lost(8, size(sim%scene%symmetry))
     real(rp), intent(inout), optional :: mass_behind(sim%boundary%mirrors%n_pairs)
-    integer, intent(in), optional :: part                 !! absent: all
+    integer, intent(in), optional :: part                 !! part of the nodes (`shared_part` or
+                                                          !! `interior_part`); absent: all nodes
     real(rp), dimension(8, size(sim%scene%symmetry)) :: sign, shift
     real(rp) :: odd(8)
     integer :: a, b, c, i, pairs(2), planes(2)
@@ -288,7 +289,7 @@ contains
     end associate
   end subroutine restore
 
-  !> Do the same for the velocities of all groups of bodies.
+  !> Set the nodes behind the walls to the mirrored velocities, for all groups of bodies.
   subroutine restore_velocities(sim, g)
     type(simulation_t), intent(in) :: sim
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
@@ -299,8 +300,7 @@ contains
     end do
   end subroutine restore_velocities
 
-  !> Add the change of forces by reflections, acting for `dt` [s], to the impulses of the
-  !> conditions.
+  !> Add the change of forces by reflections, acting for `dt` [s], to the impulses of the walls.
   pure subroutine add_lost(scene, dt, lost, impulse)
     type(scene_t), intent(in) :: scene
     real(rp), intent(in) :: dt, lost(8, size(scene%symmetry))
@@ -320,7 +320,7 @@ contains
   !> f. The momentum of resting particles does not change: they contribute force only.
   subroutine record_impulse(sim, dt, g)
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: dt                                !! [s]
+    real(rp), intent(in) :: dt                                !! time step [s]
     real(rp), intent(in) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)   !! velocity records
     real(rp) :: mass
     integer :: a, c, i, k
@@ -347,9 +347,9 @@ contains
   !> `lost` is the change of heat by reflections. As for momentum: -2 (C_b dT_a + q_b), -q.
   subroutine record_wall_heat(sim, lost, group, g)
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: lost(size(sim%scene%symmetry))   !! [J]
+    real(rp), intent(in) :: lost(size(sim%scene%symmetry))   !! change of heat by reflections [J]
     integer, intent(in) :: group
-    real(rp), intent(in) :: g(8, sim%nodes%patch%nn)   !! [K]
+    real(rp), intent(in) :: g(8, sim%nodes%patch%nn)   !! temperature increments in lane 5 [K]
     real(rp) :: heat
     integer :: i
 

@@ -52,13 +52,13 @@ contains
     pairs%is_known = .true.
   end subroutine find_node_pairs
 
-  !> Collective. Take normals and surfaces over from the last step; entries without them are due.
+  !> Collective. Take normals and surfaces from the last step; entries without them are due.
   subroutine take_over(world, scene, nodes, pairs)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(inout) :: nodes
     type(node_pairs_t), intent(inout) :: pairs
-    real(rp) :: values(n_kept - 1, pairs%n)    ! normal, surfaces, path; less than 0 without them
+    real(rp) :: values(n_kept - 1, pairs%n)    ! normal, surfaces, path; negative path: no values
     integer :: e
 
     call recall(scene, nodes%patch, pairs, values)

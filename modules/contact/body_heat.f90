@@ -76,7 +76,7 @@ contains
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
     type(node_pairs_t), intent(inout) :: pairs
-    real(rp), intent(out) :: low(3), high(3)   !! [m]
+    real(rp), intent(out) :: low(3), high(3)   !! lower corner, upper corner [m]
     integer :: e, k
 
     low = huge(1.0_rp)
@@ -117,7 +117,7 @@ contains
     real(rp), intent(in) :: node_heat(nn)      !! heat over mass [J/kg]
     logical, intent(in) :: is_hot(nn)          !! corners of 27 nodes with heat
     real(rp), intent(in) :: w(nlane, 18), mass_scaling, mass(nlane)
-    real(rp), intent(inout) :: heat(nlane)     !! [J]
+    real(rp), intent(inout) :: heat(nlane)     !! heat [J]
     real(rp) :: plane, all
     integer :: i, j, p, q
 

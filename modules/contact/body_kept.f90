@@ -14,13 +14,13 @@ module contact_body_kept
 
   public :: keep_entries, recall
 
-  real(rp), parameter :: longest_way = 0.005_rp    !! path of a body with one normal [shortest cell
-                                                  !! edges]
+  real(rp), parameter :: longest_way = 0.005_rp    !! largest path of a body with an unchanged
+                                                   !! normal [shortest cell edges]
 
 contains
 
-  !> Normal, surfaces and path of each entry of this rank's nodes; -huge of entries without them,
-  !> and of those whose bodies have moved too far.
+  !> Normal, surfaces and path of each entry of this rank's nodes; -huge for entries without stored
+  !> values and for those whose bodies have moved too far.
   pure subroutine recall(scene, patch, pairs, values)
     type(scene_t), intent(in) :: scene
     type(patch_t), intent(in) :: patch
@@ -45,13 +45,13 @@ contains
     end do
   end subroutine recall
 
-  !> Number of an entry, the same on all ranks; it increases from entry to entry.
+  !> Identifier of an entry, the same on all ranks; it increases from entry to entry.
   pure real(rp) function key(scene, patch, pairs, e)
     type(scene_t), intent(in) :: scene
     type(patch_t), intent(in) :: patch
     type(node_pairs_t), intent(in) :: pairs
     integer, intent(in) :: e
-    integer, parameter :: beyond = 8       ! nodes beyond either side of the grid, at most
+    integer, parameter :: beyond = 8       ! largest number of nodes beyond either side of the grid
     real(rp) :: width(3), row(3)
 
     width = real(scene%grid%n + 2*beyond, rp)
@@ -64,7 +64,7 @@ contains
   subroutine keep_entries(scene, nodes, dt, g, pairs)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
-    real(rp), intent(in) :: dt               !! [s]
+    real(rp), intent(in) :: dt               !! time step [s]
     real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
     type(node_pairs_t), intent(inout) :: pairs
     real(rp), allocatable :: kept(:, :)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Particles near node pairs, listed once per step by the nodes at which they have weight. Node
-!> pairs are few, and so are these particles; all others are skipped.
+!> Particles near node pairs, listed once per step by the nodes at which they have weight. Only a
+!> small part of all particles is near node pairs; the others are skipped.
 module contact_body_near
   use base_kinds, only: nlane, rp
   use mpm_blocks, only: corners_of, weights_of
@@ -50,7 +50,8 @@ contains
   !> `high`.
   pure logical function may_reach(scene, ball, low, high)
     type(scene_t), intent(in) :: scene
-    real(rp), intent(in) :: ball(4), low(3), high(3)     !! [m]
+    real(rp), intent(in) :: ball(4), low(3), high(3)     !! centre and radius of the ball, corners
+                                                         !! of the box [m]
     real(rp) :: reach
 
     reach = ball(4) + (1.0_rp + skin)*scene%grid%longest()
@@ -62,7 +63,7 @@ contains
   subroutine list_corners(nodes, pairs, low, high)
     type(nodes_t), intent(in) :: nodes
     type(node_pairs_t), intent(inout) :: pairs
-    real(rp), intent(out) :: low(3), high(3)   !! [m]
+    real(rp), intent(out) :: low(3), high(3)   !! corners of the box [m]
     integer :: corner, e, i, j, k
 
     low = huge(1.0_rp)
@@ -124,8 +125,8 @@ contains
     end do
   end subroutine list_block
 
-  !> Copy the rows of `m` particles, the first of a block's from `rows` on, to lanes of a bundle
-  !> behind `l`.
+  !> Copy the rows `rows` and following of the first `m` particles of a block to the lanes of a
+  !> bundle behind lane `l`.
   pure subroutine copy_rows(m, l, rows, bundle)
     integer, intent(in) :: m, l
     real(rp), intent(in) :: rows(nlane, n_bundle)

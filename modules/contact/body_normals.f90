@@ -58,9 +58,10 @@ contains
     if (length > 0.0_rp) unit = a/length
   end function unit
 
-  !> Slope of the linear function that fits the labels of the particles best.
+  !> Slope of the linear function that best fits the labels of the particles (linear regression).
   pure function plane_between(ridges, s) result(slope)
-    real(rp), intent(in) :: ridges(3)          !! [edges of the cell's cube, squared]
+    real(rp), intent(in) :: ridges(3)          !! regularisation of the matrix [squared edges of the
+                                               !! cell's cube]
     real(rp), intent(in) :: s(14)
     real(rp) :: slope(3), a(3, 3), b(3), mean(3)
     integer :: i

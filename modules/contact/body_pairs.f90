@@ -22,8 +22,8 @@ module contact_body_pairs
 
   public :: resolve_body_contact, join_bodies, join_increments
 
-  real(rp), parameter :: withheld_fraction = 0.05_rp   !! fraction of the nodal losses that is not
-                                                       !! given back
+  real(rp), parameter :: withheld_fraction = 0.05_rp   !! fraction of the energy lost at nodes that
+                                                       !! is not given back
   !> Half the overlap from which impulses are doubled to separate bodies, and the gap up to which
   !> sticking bodies touch [cells].
   real(rp), parameter, public :: slack = 0.05_rp
@@ -43,7 +43,7 @@ contains
     type(boundary_t), intent(in) :: boundary
     type(node_pairs_t), intent(inout) :: pairs
     type(budget_t), intent(inout) :: budget
-    real(rp), intent(in) :: dt                 !! [s]
+    real(rp), intent(in) :: dt                 !! time step [s]
     real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
     real(rp) :: record(8, 2), surplus
     integer :: e
@@ -66,8 +66,8 @@ contains
   end subroutine resolve_body_contact
 
   !> Collective. Surplus of normal impulses by which overlapping bodies are separated in this step,
-  !> at most 1: no more than returns the energy that contact took from them before, less the
-  !> withheld fraction. The loss is concave in the surplus, so that its chord is a bound.
+  !> at most 1. It returns no more energy than contact took from the bodies before, less the
+  !> withheld fraction. The loss is a concave function of the surplus, so that its chord is a bound.
   real(rp) function find_surplus(world, scene, nodes, pairs, budget, dt, g) result(surplus)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -76,8 +76,8 @@ contains
     type(budget_t), intent(in) :: budget
     real(rp), intent(in) :: dt
     real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
-    real(rp) :: sums(4)     ! energy taken before; in this step without and with surplus; lost at
-                            ! nodes [J]
+    real(rp) :: sums(4)     ! energy taken before; losses of this step without and with surplus;
+                            ! losses at nodes [J]
     real(rp) :: taken
     integer :: e
 
@@ -237,7 +237,7 @@ contains
   end subroutine merge_velocities
 
   !> Record the energy lost at entry `e`, and the reaction on a rigid body. Molten bodies that stick
-  !> lose some along the surface as well, which is no friction.
+  !> also lose energy by tangential impulses, which is not counted as friction.
   subroutine record_contact(scene, tool, pairs, budget, e, groups, impulse, mean, temp, mass)
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(inout) :: tool(:)

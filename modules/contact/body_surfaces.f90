@@ -15,10 +15,13 @@ module contact_body_surfaces
 
   public :: choose_normal, first_stretches, gap_between, measure_mean, measure_shared, choose_mean
 
-  real(rp), parameter :: min_gap_gain = 1.0e-3_rp  !! smaller gap of a better founded direction that
-                                                   !! is accepted [shortest cell edges]
-  real(rp), parameter :: no_surface = -1.0e200_rp  !! surface of a body without a particle near [m]
-  real(rp), parameter :: no_min_gap = -1.0e100_rp  !! bound with which all surfaces are measured [m]
+  real(rp), parameter :: min_gap_gain = 1.0e-3_rp  !! smallest gain of the gap that makes a less
+                                                   !! well founded direction preferred [shortest
+                                                   !! cell edges]
+  real(rp), parameter :: no_surface = -1.0e200_rp  !! surface of a body without particles near the
+                                                   !! node [m]
+  real(rp), parameter :: no_min_gap = -1.0e100_rp  !! lower bound of the gap with which all surfaces
+                                                   !! are measured [m]
 
 contains
 
@@ -32,7 +35,7 @@ contains
     real(rp) :: gap
 
     pairs%outermost(:, e) = 0
-    pairs%surface(:, :, e) = no_surface           ! all values are sent
+    pairs%surface(:, :, e) = no_surface           ! values of all entries are sent
     if (.not. pairs%is_due(e)) return
     do k = 1, n_trials - 1
       call measure(scene, pairs, e, pairs%trial(:, k, e), no_min_gap, &
@@ -41,7 +44,7 @@ contains
   end subroutine measure_shared
 
   !> Choose the normal with the largest gap at entry `e`; a better founded one (earlier in the list)
-  !> also with a slightly smaller gap.
+  !> is chosen also if its gap is slightly smaller.
   subroutine choose_normal(scene, patch, e, pairs)
     type(scene_t), intent(in) :: scene
     type(patch_t), intent(in) :: patch
@@ -67,8 +70,8 @@ contains
     pairs%ends(:, e) = pairs%surface(:, chosen, e)
   end subroutine choose_normal
 
-  !> Measure the gaps along the trial normals of entry `e`: of the first, and of those that could
-  !> replace it; others may get the first's.
+  !> Measure the gaps along the trial normals of entry `e`: the first one exactly, and all that
+  !> could be chosen in its place; the others may be set to the gap of the first.
   subroutine measure_trials(scene, pairs, e, gap_tolerance, gap)
     type(scene_t), intent(in) :: scene
     type(node_pairs_t), intent(inout) :: pairs
@@ -175,9 +178,9 @@ contains
     end do
   end function first_stretches
 
-  !> Measure how far both bodies of entry `e` extend along `n`, out of the first, and the gap. If
-  !> the gap is below `least`, surfaces may be underestimated and the gap overestimated, but not
-  !> above `least`. Particles that were outermost before are examined first.
+  !> Measure how far both bodies of entry `e` extend along `n`, the direction out of the first body,
+  !> and the gap. If the gap is below `least`, surfaces may be underestimated and the gap
+  !> overestimated, but not above `least`. Particles that were outermost before are examined first.
   subroutine measure(scene, pairs, e, n, least, surface, gap)
     type(scene_t), intent(in) :: scene
     type(node_pairs_t), intent(inout) :: pairs
@@ -238,7 +241,8 @@ contains
   subroutine extend_by_largest(near, first, last, n, nn, factor, x, bound, outermost, surface)
     type(near_t), intent(in) :: near
     integer, intent(in) :: first, last
-    real(rp), intent(in) :: n(3), nn(6), factor(:), x(3), bound(last - first + 1)   !! [m]
+    real(rp), intent(in) :: n(3), nn(6), factor(:), x(3), bound(last - first + 1)  !! node position,
+                                                                                   !! bounds [m]
     integer, intent(inout) :: outermost
     real(rp), intent(inout) :: surface
     real(rp) :: before

@@ -25,10 +25,10 @@
 !> affect the strain, and a bar that hits a tool would ring for long. There a step applies a
 !> fraction of m e/s and does not start from the force of the last one.
 !>
-!> Coulomb's law is one of sustained forces, but the surface of metal chatters: a particle resting
-!> on the tool touches it in only a few of many steps. Unused Coulomb friction is kept for the
-!> relaxation time of contact (`layout%coulomb_reserve`, a particle field). Where metal slides, none
-!> is left.
+!> Coulomb's law applies to sustained forces, but contact of single particles is intermittent: a
+!> particle resting on the tool touches it in only a part of the steps. Unused Coulomb friction is
+!> kept for the relaxation time of contact (`layout%coulomb_reserve`, a particle field). Where metal
+!> slides, none is left.
 module contact_tool_impulses
   use base_kinds, only: rp
   use boundary_symmetry, only: r_velocity, restore
@@ -54,8 +54,9 @@ module contact_tool_impulses
                                                              !! where strains follow velocities
                                                              !! mapped again: the full impulse
                                                              !! causes ringing
-  real(rp), parameter :: band = 3.51_rp  !! reach of particles in contact [cells]: no integer, so
-                                         !! that all ranks list the same nodes
+  real(rp), parameter :: band = 3.51_rp  !! distance from the tool up to which nodes are listed
+                                         !! [cells]: not an integer, so that rounding does not
+                                         !! decide and all ranks list the same nodes
   real(rp), parameter :: min_load_return = 1.0e-3_rp         !! lower bound of the load-return
                                                              !! factor (avoids division by zero)
 
@@ -66,7 +67,7 @@ contains
   subroutine find_contact(sim, k, group, dt, g)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: k, group
-    real(rp), intent(in) :: dt                    !! [s]
+    real(rp), intent(in) :: dt                    !! time step [s]
     real(rp), intent(in) :: g(8, sim%nodes%patch%nn)   !! velocity records of the group
 
     call find_separate_sides(sim, sim%tool(k)%mean_motion(sim%clock%time, dt))
@@ -81,7 +82,7 @@ contains
   subroutine find_impulses(sim, k, dt, g)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: k
-    real(rp), intent(in) :: dt                 !! [s]
+    real(rp), intent(in) :: dt                 !! time step [s]
     real(rp), intent(in) :: g(8, sim%nodes%patch%nn)
 
     call restore_masses(sim)
@@ -95,7 +96,7 @@ contains
   subroutine apply_impulses(sim, k, dt, g)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: k
-    real(rp), intent(in) :: dt                 !! [s]
+    real(rp), intent(in) :: dt                 !! time step [s]
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
     type(rigid_t) :: rigid
 
@@ -133,7 +134,7 @@ contains
       if (is_bounded .and. sim%scene%grid%grading(3)%is_graded) then
         last = first + floor(min(real(last - first, rp), nodes_up_to(x(3), upper(3) + margin(3))))
         first = first + ceiling(max(0.0_rp, nodes_up_to(x(3), lower(3) - margin(3))))
-      else if (is_bounded) then                  ! the nodes of a run ascend in z
+      else if (is_bounded) then                  ! nodes of a run ascend in z
         last = first &
           + floor(min(real(last - first, rp), (upper(3) + margin(3) - x(3))/sim%nodes%patch%h(3)))
         first = first + ceiling(max(0.0_rp, (lower(3) - margin(3) - x(3))/sim%nodes%patch%h(3)))
@@ -150,7 +151,7 @@ contains
   contains
     !> Number of nodes from the one at `z` up to `limit`.
     pure real(rp) function nodes_up_to(z, limit)
-      real(rp), intent(in) :: z, limit       !! [m]
+      real(rp), intent(in) :: z, limit       !! height of the node, largest height [m]
 
       associate (grading => sim%scene%grid%grading(3))
         nodes_up_to = grading%place(limit) - grading%place(z)
@@ -179,11 +180,12 @@ contains
     end do
   end function image_distance
 
-  !> Sum the masses of the particles in contact, of the pushed ones, and the impulses at the forces
-  !> of the last step at the nodes.
+  !> Sum at the nodes the masses of the particles in contact, the masses of the pushed ones, and the
+  !> impulses by the forces of the last step.
   subroutine add_masses(sim, remaps_velocities)
     type(simulation_t), intent(inout) :: sim
-    logical, intent(in) :: remaps_velocities          !! strains follow velocities mapped again
+    logical, intent(in) :: remaps_velocities          !! strains follow velocities mapped again from
+                                                      !! the particles (MUSL, USAVG)
     real(rp) :: mass(n_masses)
     integer :: i, p
 
@@ -313,7 +315,7 @@ contains
   subroutine store_contact_history(sim, law, dt)
     type(simulation_t), intent(inout) :: sim
     type(friction_law_t), intent(in) :: law
-    real(rp), intent(in) :: dt                 !! [s]
+    real(rp), intent(in) :: dt                 !! time step [s]
     real(rp) :: unused
     integer :: i, p
 

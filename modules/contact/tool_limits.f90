@@ -59,11 +59,11 @@ module contact_tool_limits
 contains
 
   !> Fraction of the weight function of a particle at `x` that the tool covers, at `edge_distance`
-  !> from the next edge: lengths count in cells, in the direction of the edge.
+  !> from the next edge of the tool. Lengths are measured in cells, across the edge.
   real(rp) function covered_fraction_of(tool, is_bspline, x, edge_distance, particle) result(part)
     type(tool_t), intent(in) :: tool
     logical, intent(in) :: is_bspline            !! domains are cells
-    real(rp), intent(in) :: x(3), edge_distance  !! [m]
+    real(rp), intent(in) :: x(3), edge_distance  !! particle position, distance to the edge [m]
     type(contact_particle_t), intent(in) :: particle
     real(rp) :: slope(3), width
 
@@ -295,7 +295,9 @@ contains
   !> softening_rate rise, by Newton's method in the stress, on which the temperature rise depends
   !> almost linearly.
   pure subroutine solve_layer(plastic_heat, conductivity, n, v, base, softening_rate, slope, layer)
-    real(rp), intent(in) :: plastic_heat, conductivity(nlane)   !! [-], [W/(m K)]
+    real(rp), intent(in) :: plastic_heat, conductivity(nlane)   !! fraction of plastic work that
+                                                                !! becomes heat [-], conductivity
+                                                                !! [W/(m K)]
     integer, intent(in) :: n
     real(rp), dimension(nlane), intent(in) :: v, base, softening_rate, slope
     type(shear_layer_t), intent(inout) :: layer      !! on entry, the layer of uniform rate

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Loads and energies of a tool in a step, and the effects on the particles in contact: friction
-!> heat, and the strain of the layer that shears under the face, which the cells do not resolve and
-!> the state of the flow law follows.
+!> heat, and the strain of the layer that shears under the face. Cells do not resolve this layer,
+!> but the internal variables of the flow law follow its strain.
 module contact_tool_loads
   use base_kinds, only: nlane, rp
   use contact_tool_limits, only: no_limit, reduce_layer_rate
@@ -47,14 +47,14 @@ contains
   end subroutine record_tool_load
 
   !> Give the friction heat to the particles at which it arises: the body's share of it, and of the
-  !> shear of metal the fraction of plastic work that becomes heat. Record the sums of the face
-  !> where there is a layer. For a tool that absorbs heat, add up the area in contact.
+  !> heat by shear of the layer the fraction of plastic work that becomes heat. Record the sums of
+  !> the face where there is a layer. For a tool that absorbs heat, add up the area in contact.
   subroutine give_heat(scene, particles, contact, rigid, dt, tool)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(inout) :: particles
     type(tool_contact_t), intent(in) :: contact
     type(rigid_t), intent(in) :: rigid
-    real(rp), intent(in) :: dt                 !! [s]
+    real(rp), intent(in) :: dt                 !! time step [s]
     type(tool_t), intent(inout) :: tool
     real(rp) :: heat, mean(3), share, stored, work
     integer :: i, p
@@ -119,7 +119,8 @@ contains
   pure subroutine record_face(t, rigid, dt, x, temp, slip, work, tool)
     type(contact_particle_t), intent(in) :: t
     type(rigid_t), intent(in) :: rigid
-    real(rp), intent(in) :: dt, x(3), temp     !! [s], [m], [K]
+    real(rp), intent(in) :: dt, x(3), temp     !! time step [s], position [m], particle temperature
+                                               !! [K]
     real(rp), intent(in) :: slip(3)            !! mean slip velocity of the step [m/s]
     real(rp), intent(in) :: work               !! friction work [J]
     type(tool_t), intent(inout) :: tool
@@ -148,7 +149,7 @@ contains
   !> the metal sticks, the shear rate is reduced according to the rate sensitivity.
   subroutine strain_surface(sim, dt)
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: dt                 !! [s]
+    real(rp), intent(in) :: dt                 !! time step [s]
     integer :: at(nlane), body, n, p
     real(rp) :: log_rate(nlane), log_rate_reduction, x(nlane)
 

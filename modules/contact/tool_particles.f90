@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> Particles that take part in contact with a tool in a step. A particle touches if its surface
-!> would be inside the tool at the end of the step, with the nodal velocities without contact. One
-!> nearer than half a spacing takes part in friction, touching or not: the tool face is covered by
-!> the supporting surface, not only by the particles that touch in this step.
+!> would be inside the tool at the end of the step, with the nodal velocities without contact. A
+!> particle nearer than half a spacing takes part in friction, touching or not: the tool face is
+!> covered by the supporting surface, not only by the particles that touch in this step.
 !>
 !> At the edge of a tool the velocity of flowing metal is discontinuous; on the grid it decreases
 !> over a cell beyond the last held particle, so that the tool would act half a cell wider. There
@@ -36,9 +36,10 @@ module contact_tool_particles
 
   public :: find_contact_particles, update_surface_offset, relaxation_time, velocity_at
 
-  real(rp), parameter :: slop = 0.02_rp              !! zone where gaps close slowly [cells]
-  real(rp), parameter :: relaxation = 60.0_rp        !! time of slow closing: cells that a wave
-                                                     !! crosses in it
+  real(rp), parameter :: slop = 0.02_rp              !! width of the zone where gaps close slowly
+                                                     !! [cells]
+  real(rp), parameter :: relaxation = 60.0_rp        !! relaxation time of slow closing, as the
+                                                     !! number of cells that a wave crosses in it
   real(rp), parameter :: recovery_speed = 3.0e-3_rp  !! largest speed of removing a penetration
                                                      !! [wave speeds]
   real(rp), parameter :: friction_distance = 0.5_rp  !! largest gap with friction [spacings]
@@ -57,8 +58,8 @@ contains
     call near%init(sim%scene%layout, sim%tool(k)%friction_table%of /= of_nothing)
     near%tool = k
     near%rigid = sim%tool(k)%mean_motion(sim%clock%time, dt)
-    ! Bound of the displacement: no particle is faster than the nodes, and a distance changes by no
-    ! more than the displacement.
+    ! Bound of the displacement: no particle is faster than the nodes, and a distance changes by at
+    ! most the displacement.
     near%displacement = dt*sim%clock%max_speed + (0.01_rp + slop)*sim%scene%grid%longest()
     reach = near%displacement + (0.5_rp + friction_distance) &
             *[(sim%scene%body(b)%longest_diagonal(), b=1, size(reach))]
@@ -111,7 +112,7 @@ contains
   !> where the normal intersects it.
   pure real(rp) function extent(spacing, normal, edge_distance)
     real(rp), intent(in) :: spacing(3)                !! axes of the ellipsoid [m]
-    real(rp), intent(in) :: normal(3), edge_distance  !! unit vector, distance to the edge [m]
+    real(rp), intent(in) :: normal(3), edge_distance  !! unit vector; distance to the edge [m]
 
     extent = norm2(normal*spacing)
     if (edge_distance > 0.0_rp .or. all(abs(spacing - spacing(1)) <= 0.0_rp)) return
@@ -176,8 +177,10 @@ contains
   logical function takes_part(sim, near, dt, zone, friction_zone, x, v, particle)
     type(simulation_t), intent(in) :: sim
     type(candidates_t), intent(in) :: near
-    real(rp), intent(in) :: dt, x(3), v(3)         !! [s], [m], [m/s]
-    real(rp), intent(in) :: zone, friction_zone    !! distances from the tool [m]
+    real(rp), intent(in) :: dt, x(3), v(3)         !! time step [s], particle position [m], velocity
+                                                   !! of its surface [m/s]
+    real(rp), intent(in) :: zone, friction_zone    !! distances from the tool within which a
+                                                   !! particle touches or has friction [m]
     type(contact_particle_t), intent(inout) :: particle
     real(rp) :: back, gap, relative(3), edge_distance, time, unused(3)
 
@@ -248,8 +251,9 @@ contains
     do p = 1, sim%contact%n
       associate (t => sim%contact%particle(p))
         if (.not. t%touches) cycle
-        bbar = sim%particles%ps(t%lane, f_bbar:f_bbar + 5, t%block)   ! no associate name: gfortran
-        jac = sim%particles%ps(t%lane, f_jac, t%block)   ! passes its section wrongly
+        ! Copies: gfortran passes sections of an associate name wrongly.
+        bbar = sim%particles%ps(t%lane, f_bbar:f_bbar + 5, t%block)
+        jac = sim%particles%ps(t%lane, f_jac, t%block)
         associate (offset => sim%particles%ps(t%lane, sim%scene%layout%surface_offset, t%block))
           if (t%can_flow) then
             offset = min(1.0_rp, offset*exp(dt*normal_strain_rate(sim%nodes, t, g)))

@@ -22,11 +22,12 @@ module contact_tool_walls
   public :: find_separate_sides, mark_held, reflect_masses, reflect_values, restore_masses, &
             restore_fractions, record_wall_impulse
 
-  real(rp), parameter :: slack = 1.0e-9_rp   !! tolerance of a motion along a plane
+  real(rp), parameter :: slack = 1.0e-9_rp   !! tolerance of a velocity component along a plane
 
 contains
 
-  !> Find the planes on whose sides friction is limited separately, for a tool with this motion.
+  !> Find the planes on whose sides friction is limited separately, for a tool with the given
+  !> motion.
   pure subroutine find_separate_sides(sim, rigid)
     type(simulation_t), intent(inout) :: sim
     type(rigid_t), intent(in) :: rigid

@@ -8,12 +8,12 @@ module front_command_line
 
   !> Parsed command line.
   type :: command_t
-    character(:), allocatable :: action  !! option that selects it, or run
+    character(:), allocatable :: action  !! option that selects the action, or run
     character(:), allocatable :: topic       !! value of --check, --keys or --new
     character(:), allocatable :: input       !! input file, '' if none
     character(:), allocatable :: restart     !! checkpoint, '' if none
     character(:), allocatable :: directory   !! results folder, '' for the default
-    character(:), allocatable :: sets(:)     !! GROUP.KEY=VALUE
+    character(:), allocatable :: sets(:)     !! overrides, GROUP.KEY=VALUE
     character(:), allocatable :: problem     !! error in the command line, '' if none
     logical :: is_quiet = .false.
     logical :: overwrites = .false.          !! delete results of an earlier run

@@ -24,18 +24,19 @@ module front_estimate
     real(rp) :: steps = 0.0_rp            !! steps of the run
     real(rp) :: awake = 1.0_rp            !! mean share of awake particles
     integer :: measured = 0               !! steps made for the estimate
-    logical :: is_bound = .false.         !! more may fall asleep later on: an upper bound
+    logical :: is_bound = .false.         !! more particles may fall asleep later on, so that the
+                                          !! cost is an upper bound
   contains
     procedure :: run_time
   end type cost_t
 
   integer, parameter :: n_positions = 6   !! positions of the tools, in equal parts of the run
-  integer, parameter :: settling_steps(2) = [320, 150]  !! steps until material sleeps: at the
-                                                 !! start, after a tool was moved
+  integer, parameter :: settling_steps(2) = [320, 150]  !! steps until material sleeps, at the start
+                                                        !! and after a tool was moved
   integer, parameter :: measured_steps = 100  !! measured steps, a sort interval
   integer, parameter :: min_steps = 20    !! least number of measured steps
-  real(rp), parameter :: time_limit = 4.0_rp  !! processor time of a rank per position, above
-                                             !! which the measurement ends [s]
+  real(rp), parameter :: time_limit = 4.0_rp  !! processor time of a rank per tool position above
+                                              !! which the measurement ends [s]
   real(rp), parameter :: heat_time = 1.0_rp  !! measured processor time of heat-only runs [s]
   real(rp), parameter :: max_settling = 0.1_rp    !! largest share of the steps for settling
 
@@ -82,11 +83,11 @@ contains
     end do
   end subroutine estimate_run
 
-  !> Collective. Move the tools to their positions at a time and make steps; measure the last ones.
+  !> Collective. Move the tools to their positions at `time`, make steps, and measure the last ones.
   subroutine measure_steps(sim, time, n, measured, per_step, awake, start, ok)
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: time                   !! [s]
-    integer, intent(in) :: n                       !! steps
+    real(rp), intent(in) :: time                   !! time of the tool positions [s]
+    integer, intent(in) :: n                       !! number of steps
     integer, intent(inout) :: measured
     real(rp), intent(out) :: per_step              !! processor time of all ranks per step [s]
     real(rp), intent(out) :: awake                 !! share of awake particles
@@ -122,10 +123,10 @@ contains
       spent(1) = cpu_seconds() - started
       call sim%world%max(spent(:1))
       if (i > first .and. i >= min_steps .and. spent(1) > time_limit) exit
-      if (i < first .and. spent(1) > 0.8_rp*time_limit) first = i   ! start to measure
+      if (i < first .and. spent(1) > 0.8_rp*time_limit) first = i   ! start of the measurement
     end do
     i = min(i, n)
-    if (i <= first) first = 0                      ! the run ended before
+    if (i <= first) first = 0                      ! the run ended before the measurement
     ok = status == ended_well
     spent = [cpu_seconds() - begun, real(sim%particles%n_awake_particle_steps - before, rp), &
              real(sim%particles%total(), rp), begun - started]
@@ -136,8 +137,9 @@ contains
     start = spent(4) - first*per_step
   end subroutine measure_steps
 
-  !> Collective. Estimate the cost of a heat-only run, whose state cannot be used afterwards. Its
-  !> steps after those measured are taken to be as long and as expensive as the last half of these.
+  !> Collective. Estimate the cost of a heat-only run, whose state cannot be used afterwards. The
+  !> remaining steps are assumed to be as long and as expensive as the last half of the measured
+  !> ones.
   subroutine estimate_heat(world, scene, run, cost)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene

@@ -26,15 +26,17 @@ module front_material_driver
   public :: drive_material
 
   character(*), parameter :: group = 'PATH'
-  real(rp), parameter :: max_temperature_step = 2.0_rp  !! per increment of a history [K]
-  real(rp), parameter :: slowest_share = 1.0e-6_rp  !! slowest rate over that of a shear path
+  real(rp), parameter :: max_temperature_step = 2.0_rp  !! largest temperature change of an
+                                                        !! increment of a history [K]
+  real(rp), parameter :: slowest_share = 1.0e-6_rp  !! slowest rate of a shear path over its given
+                                                    !! rate
   integer, parameter :: min_increments = 8   !! increments per line of a history with annealing
 
-  !> Additional output of simple shear.
+  !> Additional columns of the curve of simple shear.
   type :: shear_output_t
     real(rp) :: strain                       !! von Mises strain
     real(rp) :: stress                       !! shear stress [Pa]
-    real(rp) :: det_error                    !! det bbar - 1
+    real(rp) :: det_error                    !! determinant of bbar less 1
   end type shear_output_t
 
 contains
@@ -88,7 +90,7 @@ contains
 
     do i = 1, input%count(group)
       m = find(material%name, input%text(group, i, 'MATERIAL'))
-      if (m == 0) cycle                              ! is reported already
+      if (m == 0) cycle                              ! reported before
       if (.not. allocated(material(m)%flow)) then
         call input%report(group, i, 'MATERIAL', 'does not flow (LAW = elastic)')
       else
@@ -179,7 +181,7 @@ contains
     call row%add('det_error', '1', sheared%det_error)
   end function point_row
 
-  !> Number of rows of equal strain, of increments per row, and the increment from STEP.
+  !> Number of rows of equal strain, of increments per row, and the strain increment, from STEP.
   subroutine divide(input, i, strain, rows, parts, x)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -339,7 +341,7 @@ contains
     real(rp) :: dt, temp, temperature_change, x
     integer :: k, n, part
 
-    call read_history(input, i, file, rows)       ! read without errors before
+    call read_history(input, i, file, rows)       ! errors were reported by `check_paths`
     call point%init(material, rows(1, 2), 1.0_rp)
     point%alpha = rows(1, 3)
     point%rate = 0.0_rp

@@ -88,12 +88,13 @@ contains
     if (command%directory /= '') sim%scene%output%directory = command%directory
   end subroutine read_scene
 
-  !> Collective. Read the texts of the input and of the checkpoint. `is_read`: the notes of the
+  !> Collective. Read the texts of the input and of the checkpoint. `is_read`: the metadata of the
   !> checkpoint could be read.
   subroutine read_texts(world, command, input, old, notes, is_read)
     type(world_t), intent(in) :: world
     type(command_t), intent(in) :: command
-    type(input_t), intent(out) :: input, old             !! the run, the scene of the checkpoint
+    type(input_t), intent(out) :: input, old             !! input of the run, scene of the
+                                                         !! checkpoint
     type(notes_t), intent(out) :: notes
     logical, intent(out) :: is_read
     type(error_t) :: error
@@ -118,7 +119,8 @@ contains
     end if
   end subroutine read_texts
 
-  !> Report what a restart may not change: scene, files, and the layout of the particles.
+  !> Report differences from the checkpoint that a restart may not have: keys, content of files,
+  !> layout of the particles.
   subroutine compare_with_checkpoint(command, input, old, notes, scene)
     type(command_t), intent(in) :: command
     type(input_t), intent(in) :: input
@@ -129,7 +131,7 @@ contains
 
     error = ''
     if (old%diagnostics%count() > 0) error = old%diagnostics%text(1)
-    old%folder = folder_of_files(input)          ! compare_files judges the content
+    old%folder = folder_of_files(input)          ! compare_files compares the content of the files
     call compare_scenes(old, input, notes%time)
     call compare_files(notes%files, input, notes%time)
     if (error /= '') then
@@ -142,14 +144,15 @@ contains
     end if
   end subroutine compare_with_checkpoint
 
-  !> Collective. Check the scene for sense, and with mechanics the motion of the tools and the
-  !> particles: their numbers and volumes for each body.
+  !> Collective. Check the plausibility of the scene, and with mechanics the motion of the tools and
+  !> the particles: their numbers and volumes for each body.
   subroutine check_scene(world, input, sim, counts, shares, volumes)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input
     type(simulation_t), intent(in) :: sim
     integer(i8), allocatable, intent(out) :: counts(:)
-    real(rp), allocatable, intent(out) :: shares(:)      !! volumes [particles], see load_bodies
+    real(rp), allocatable, intent(out) :: shares(:)      !! volume of each body over that of a
+                                                         !! particle (load_bodies)
     type(volumes_t), allocatable, intent(out) :: volumes(:)
     integer :: b
 

@@ -27,8 +27,8 @@ module front_report
 
 contains
 
-  !> Collective. Report the scene without writing files. Measuring the cost makes steps, after which
-  !> the simulation cannot be used.
+  !> Collective. Report the scene without writing files. The cost is measured with time steps, after
+  !> which the simulation cannot be used.
   subroutine report_scene(world, input, sim, counts, volumes, measures)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input
@@ -131,7 +131,7 @@ contains
   subroutine warn_of_overlap(world, input, sets, sim)
     type(world_t), intent(in) :: world
     type(input_t), intent(inout) :: input
-    character(*), intent(in) :: sets(:)      !! overrides, for messages
+    character(*), intent(in) :: sets(:)      !! overrides, named in messages
     type(simulation_t), intent(in) :: sim
     real(rp) :: deepest(size(sim%tool)), d, normal(3), reach, edge_distance
     integer :: b, k, p
@@ -149,7 +149,7 @@ contains
     end do
     call world%max(deepest)
     if (.not. world%is_root()) return
-    allocate (input%diagnostics)               ! those so far have been printed
+    allocate (input%diagnostics)               ! remove the messages printed so far
     call input%diagnostics%note_overrides(sets)
     do k = 1, input%count('TOOL')
       if (deepest(k) > 1.0e-3_rp*minval(sim%scene%grid%h)) then
@@ -225,7 +225,8 @@ contains
     end if
   end function limit
 
-  !> Text on the tracers of each group, and the positions whose particle another tracer has.
+  !> Text on the tracers of each group, and the number of positions whose particle already belongs
+  !> to another tracer.
   function tracer_text(tracers) result(text)
     type(tracers_t), intent(in) :: tracers
     character(:), allocatable :: text

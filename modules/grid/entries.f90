@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Sums and maxima over ranks of values kept for a few nodes only.
+!> Sums and maxima over ranks of values kept for a small part of the nodes.
 module grid_entries
   use base_kinds, only: rp
   use base_timers, only: wall_time
@@ -18,10 +18,10 @@ module grid_entries
     real(rp), allocatable :: send(:), receive(:)
   end type message_t
 
-  !> Sums over ranks and images (or maxima) of values kept for a few nodes only. The entries of node
-  !> q start at `first(q)` and continue with the same `node`; 0: none. All ranks that share a node,
-  !> and all its images, must have the same entries there. Ranks that share no entry send no
-  !> message.
+  !> Sums (or maxima) over ranks and images of values kept for a small part of the nodes. The
+  !> entries of node q start at `first(q)` and continue with the same `node`; 0: none. All ranks
+  !> that share a node, and all its images, must have the same entries there. Ranks that share no
+  !> entry send no message.
   type :: entry_exchange_t
     private
     type(message_t), allocatable :: message(:)     !! messages to and from the neighbours

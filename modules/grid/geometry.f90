@@ -9,7 +9,7 @@
 !> Along a periodic axis of n cells there are n nodes; node i + k n is an image of node i. Only the
 !> nodes 0 to n-1 are owned, but a patch may store several images of one node.
 !>
-!> Along a graded axis cells are spans of any width (grid_grading), and `h` is the smallest.
+!> Along a graded axis cells are spans of different widths (grid_grading), and `h` is the smallest.
 module grid_geometry
   use base_kinds, only: rp
   use base_text, only: str
@@ -42,14 +42,14 @@ module grid_geometry
     integer :: nn = 0               !! number of stored nodes with halo
     real(rp) :: origin(3) = 0.0_rp  !! position of the first stored node [m]
     real(rp) :: h(3) = 1.0_rp       !! edges of a cell [m]
-    integer :: period(3) = 0        !! as in the grid
-    type(grading_t) :: grading(3)   !! as in the grid
+    integer :: period(3) = 0        !! nodes to the next image; 0: not periodic
+    type(grading_t) :: grading(3)   !! grading of each axis
   contains
     procedure :: edges_at => patch_edges_at, is_graded => patch_is_graded, indices, linear_place
     procedure :: node, position
   end type patch_t
 
-  !> A grid of cubes, or of cells with an edge for each axis.
+  !> Make a grid of cubes, or of cells with three different edges.
   interface make_grid
     module procedure make_grid_of_cubes
     module procedure make_grid_of_cells
@@ -60,7 +60,7 @@ contains
   !> Length of a cell with the edges `h` along a direction [m]: that of the ellipsoid with these
   !> axes, which for cubes is their edge.
   pure real(rp) function length_along(h, direction) result(length)
-    real(rp), intent(in) :: h(3)            !! [m]
+    real(rp), intent(in) :: h(3)            !! cell edges [m]
     real(rp), intent(in) :: direction(3)    !! unit vector
 
     length = h(1)
@@ -69,7 +69,7 @@ contains
 
   !> Edge of the cube with the volume of a cell with the edges `h` [m].
   pure real(rp) function mean_edge(h)
-    real(rp), intent(in) :: h(3)            !! [m]
+    real(rp), intent(in) :: h(3)            !! cell edges [m]
 
     mean_edge = h(1)
     if (any(abs(h - h(1)) > 0.0_rp)) mean_edge = product(h)**(1.0_rp/3.0_rp)
@@ -78,7 +78,7 @@ contains
   !> Cross-section of a cell normal to a direction [m2]: its volume over its length in that
   !> direction.
   pure real(rp) function section_across(h, direction) result(section)
-    real(rp), intent(in) :: h(3)            !! [m]
+    real(rp), intent(in) :: h(3)            !! cell edges [m]
     real(rp), intent(in) :: direction(3)    !! unit vector
 
     section = h(1)**2
@@ -88,7 +88,7 @@ contains
   !> Grid of cells with the edges `h` that covers the box from `lower` to `upper`; along periodic
   !> axes the box must be whole cells.
   pure type(grid_t) function make_grid_of_cells(h, lower, upper, is_periodic) result(grid)
-    real(rp), intent(in) :: h(3), lower(3), upper(3)   !! [m]
+    real(rp), intent(in) :: h(3), lower(3), upper(3)   !! cell edges, lower corner, upper corner [m]
     logical, intent(in), optional :: is_periodic(3)
 
     grid%h = h
@@ -101,9 +101,9 @@ contains
     end where
   end function make_grid_of_cells
 
-  !> Do the same with cubes of edge `h`.
+  !> Grid of cubes of edge `h` that covers the box from `lower` to `upper`.
   pure type(grid_t) function make_grid_of_cubes(h, lower, upper, is_periodic) result(grid)
-    real(rp), intent(in) :: h, lower(3), upper(3)   !! [m]
+    real(rp), intent(in) :: h, lower(3), upper(3)   !! cell edges, lower corner, upper corner [m]
     logical, intent(in), optional :: is_periodic(3)
 
     grid = make_grid_of_cells([h, h, h], lower, upper, is_periodic)
@@ -112,7 +112,7 @@ contains
   !> Edges of the cell at `x` [m].
   pure function grid_edges_at(self, x) result(h)
     class(grid_t), intent(in) :: self
-    real(rp), intent(in) :: x(3)    !! [m]
+    real(rp), intent(in) :: x(3)    !! position [m]
     real(rp) :: h(3)
 
     h = cell_edges(self%grading, self%h, x)
@@ -121,7 +121,7 @@ contains
   !> Edges of the cell at `x`, which are `h` on uniform axes [m].
   pure function cell_edges(grading, h, x) result(edges)
     type(grading_t), intent(in) :: grading(3)
-    real(rp), intent(in) :: h(3), x(3)      !! [m]
+    real(rp), intent(in) :: h(3), x(3)      !! smallest edges, position [m]
     real(rp) :: edges(3)
     integer :: a
 
@@ -171,7 +171,7 @@ contains
   !> Difference of positions to the nearest image: less whole periods of the grid [m].
   pure function nearest_image(self, d) result(r)
     class(grid_t), intent(in) :: self
-    real(rp), intent(in) :: d(3)            !! [m]
+    real(rp), intent(in) :: d(3)            !! difference of two positions [m]
     real(rp) :: r(3), length(3)
 
     length = self%h*self%period
@@ -194,7 +194,7 @@ contains
     is_cubic = all(abs(self%h - self%h(1)) <= 0.0_rp)
   end function is_cubic
 
-  !> Edges of the cells in mm, as text: one of cubes, else three.
+  !> Text of the edges of a cell in mm: one edge for cubes, otherwise three.
   pure function edges(self) result(text)
     class(grid_t), intent(in) :: self
     character(:), allocatable :: text
@@ -221,9 +221,9 @@ contains
     end do
   end function upper
 
-  !> Make the patch of the owned box `own`. Above `reach`, which has all nodes that particles can
-  !> reach, one more layer is stored, so that each of them has its neighbours; the first node does
-  !> not depend on it, since weights are measured from there.
+  !> Make the patch of the owned box `own`. Nodes more than one layer above `reach`, the box of all
+  !> nodes that particles can reach, are not stored; each node within reach then has its neighbours.
+  !> The first node does not depend on `reach`, since weights are measured from there.
   pure type(patch_t) function make_patch(grid, own, reach)
     type(grid_t), intent(in) :: grid
     type(box_t), intent(in) :: own
@@ -284,7 +284,7 @@ contains
   !> Edges of the cell at `x` [m].
   pure function patch_edges_at(self, x) result(h)
     class(patch_t), intent(in) :: self
-    real(rp), intent(in) :: x(3)    !! [m]
+    real(rp), intent(in) :: x(3)    !! position [m]
     real(rp) :: h(3)
 
     h = cell_edges(self%grading, self%h, x)
@@ -300,7 +300,7 @@ contains
   !> Position of `x` from the first stored node in cells, linear between nodes.
   pure function linear_place(self, x) result(s)
     class(patch_t), intent(in) :: self
-    real(rp), intent(in) :: x(3)    !! [m]
+    real(rp), intent(in) :: x(3)    !! position [m]
     real(rp) :: s(3)
     integer :: a
 
@@ -322,7 +322,7 @@ contains
     end do
   end function nearest_node
 
-  !> Nodes nearest to `n` positions, without a call for each.
+  !> Nodes nearest to `n` positions, in a vectorised loop.
   pure subroutine nearest_nodes(grid, n, x, ijk)
     type(grid_t), intent(in) :: grid
     integer, intent(in) :: n
@@ -363,7 +363,7 @@ contains
   !> leaves beyond the edge is set 1e-9 cells inside.
   pure subroutine wrap(grid, x)
     type(grid_t), intent(in) :: grid
-    real(rp), intent(inout) :: x(3)         !! [m]
+    real(rp), intent(inout) :: x(3)         !! position [m]
     real(rp), parameter :: inside = 0.5_rp - 1.0e-9_rp
     integer :: a, ijk(3)
 

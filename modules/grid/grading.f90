@@ -14,7 +14,7 @@ module grid_grading
 
   public :: grading_t, make_grading
 
-  integer, parameter :: pad = 3            !! mirrored spans beyond each end
+  integer, parameter :: pad = 3            !! mirrored spans beyond each end of the axis
 
   !> Spans of a graded axis; without grading it has no arrays.
   type :: grading_t
@@ -196,7 +196,7 @@ contains
   !> Span that contains `x`; the first or last one beyond the ends.
   pure integer function span_of(self, x)
     class(grading_t), intent(in) :: self
-    real(rp), intent(in) :: x               !! [m]
+    real(rp), intent(in) :: x               !! position [m]
 
     associate (last => ubound(self%span, 2))
       span_of = self%bin(int(max(0.0_rp, min(real(ubound(self%bin, 1), rp), &
@@ -211,14 +211,15 @@ contains
   pure subroutine spans_of(self, first, last, x, spans)
     class(grading_t), intent(in) :: self
     integer, intent(in) :: first, last
-    real(rp), intent(in) :: x(nlane)        !! [m]
+    real(rp), intent(in) :: x(nlane)        !! positions [m]
     integer, intent(out) :: spans(nlane)
 
     call find_spans(ubound(self%bin, 1), size(self%edge), self%first, self%bin, self%edge, &
                     self%inv_bin, first, last, x, spans)
   end subroutine spans_of
 
-  !> Do the same from the tables in a vectorised loop.
+  !> Spans from `first` to `last` that contain the positions `x`, or are nearest to them, from the
+  !> lookup tables in a vectorised loop.
   pure subroutine find_spans(n_bins, n_edges, lowest, bin, edge, inv_bin, first, last, x, spans)
     integer, intent(in) :: n_bins, n_edges, lowest, first, last, bin(0:n_bins)
     real(rp), intent(in) :: edge(lowest:lowest + n_edges - 1), inv_bin, x(nlane)
@@ -239,7 +240,7 @@ contains
   !> Place of `x` in spans from the middle of span 0.
   pure real(rp) function place(self, x)
     class(grading_t), intent(in) :: self
-    real(rp), intent(in) :: x               !! [m]
+    real(rp), intent(in) :: x               !! position [m]
     integer :: i
 
     i = self%span_of(x)
@@ -249,7 +250,7 @@ contains
   !> Position at a place [m].
   pure real(rp) function position(self, place) result(x)
     class(grading_t), intent(in) :: self
-    real(rp), intent(in) :: place           !! [spans]
+    real(rp), intent(in) :: place           !! place in spans from the middle of span 0
     integer :: i
 
     i = max(self%first, min(ubound(self%span, 2), floor(place + 0.5_rp)))
@@ -259,7 +260,7 @@ contains
   !> Index of the node below `x` plus the fraction of the way to the next one, for linear weights.
   pure real(rp) function linear_place(self, x)
     class(grading_t), intent(in) :: self
-    real(rp), intent(in) :: x               !! [m]
+    real(rp), intent(in) :: x               !! position [m]
     integer :: i
 
     i = self%span_of(x)
@@ -268,10 +269,11 @@ contains
     linear_place = i + (x - self%span(1, i))/(self%span(1, i + 1) - self%span(1, i))
   end function linear_place
 
-  !> The same between the centres of the nodal functions, at which mapped nodal values are the mean.
+  !> Index of the nodal function whose centre is below `x`, plus the fraction of the way to the next
+  !> centre. Nodal values mapped from particles are means at these centres.
   pure real(rp) function mean_place(self, x)
     class(grading_t), intent(in) :: self
-    real(rp), intent(in) :: x               !! [m]
+    real(rp), intent(in) :: x               !! position [m]
     integer :: i
 
     i = max(self%first + 1, min(ubound(self%span, 2) - 2, self%span_of(x)))

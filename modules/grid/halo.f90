@@ -18,7 +18,7 @@ module grid_halo
 
   public :: halo_t
 
-  !> Exchange of one patch; `init` after every sort.
+  !> Exchange of the nodes of one patch; `init` sets it up after every sort.
   type :: halo_t
     integer :: n = 0
     integer :: width = 0                                 !! reals per record that the buffers hold
@@ -78,8 +78,8 @@ contains
     call widen(self, 8)
   end subroutine init
 
-  !> Mark the nodes that must be in use (cleared before a sum): the shared ones and all images of
-  !> one in use. Images that are not in use are left out of the sums.
+  !> Mark in `used` the nodes that must be in use (and cleared before a sum): the shared ones, and
+  !> all images of a node in use. Images that are not in use are left out of the sums.
   pure subroutine mark_used(self, nn, used)
     class(halo_t), intent(inout) :: self
     integer, intent(in) :: nn
@@ -270,8 +270,8 @@ contains
     call self%finish_entries(world, largest, n, width, values)
   end subroutine combine
 
-  !> Start such a sum; `finish_entries` completes it, `entries_have_arrived` is true if that need
-  !> not wait.
+  !> Start the sum over ranks and images of values kept for only a part of the nodes.
+  !> `finish_entries` completes it; `entries_have_arrived` is true if that will not wait.
   subroutine post_entries(self, world, largest, nn, first, n, node, width, values)
     class(halo_t), intent(inout) :: self
     type(world_t), intent(in) :: world

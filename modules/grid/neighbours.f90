@@ -23,8 +23,8 @@ module grid_neighbours
 
 contains
 
-  !> First images in `patch`, along each axis, of the nodes that `other` stores as well, in the
-  !> order of the nodes, which is the same for both.
+  !> First images in `patch`, along each axis, of the nodes that `other` stores as well. The order
+  !> of the nodes is the same on both ranks.
   pure function common_lines(patch, other, active) result(line)
     type(patch_t), intent(in) :: patch
     type(box_t), intent(in) :: other, active
@@ -113,8 +113,8 @@ contains
     call dilate_axis(n(1)*n(2), n(3), 1, reach, used)
   end subroutine dilate
 
-  !> Do the same along an axis of `n` places, each of `width` values, in `n_arrays` arrays; with
-  !> integers, whose `ior` is vectorised.
+  !> Dilate along an axis of `n` places with `width` values each, in `n_arrays` arrays; as integers,
+  !> whose `ior` is vectorised.
   pure subroutine dilate_axis(width, n, n_arrays, reach, used)
     integer, intent(in) :: width, n, n_arrays, reach
     logical, intent(inout) :: used(width*n, n_arrays)

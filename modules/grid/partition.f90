@@ -23,7 +23,7 @@ contains
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid
     integer, intent(in) :: nodes(:, :)       !! (3, n) nodes with load on this rank
-    real(rp), intent(in) :: weight(:)        !! load of each
+    real(rp), intent(in) :: weight(:)        !! load at each node
     type(box_t), intent(out) :: boxes(0:world%size - 1)
     type(box_t) :: whole
     integer :: i

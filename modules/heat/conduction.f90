@@ -81,7 +81,8 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: elapsed             !! time since the last conduction step [s]
     real(rp), intent(inout) :: remaining        !! time not yet covered [s]
-    real(rp) :: dt, smoothed, gained, out       ! heat of smoothing, particles and boundaries [J]
+    real(rp) :: dt, smoothed, gained, out       ! heat of smoothing, of the particles, and through
+                                                ! boundaries [J]
     type(sinks_t) :: sinks
     type(gaps_t) :: gaps
     integer :: a, b, k, r
@@ -104,7 +105,7 @@ contains
         if (sim%scene%grid%grading(a)%is_graded) call centre_increment(sim, a, sim%nodes%g(:, :, k))
       end do
     end do
-    ! mechanical steps set the temperature of probes, but not where the material sleeps
+    ! mechanical steps set the temperature of probes, except where material sleeps
     if (sim%scene%method%sleep%is_on) call update_probe_temperatures(sim%nodes%patch, &
       sim%nodes%g(:, :, 1), sim%probes)
     do k = 1, sim%scene%n_heat_groups
@@ -218,8 +219,9 @@ contains
   subroutine heat_block(sim, b, dt, gained, smoothed)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: b
-    real(rp), intent(in) :: dt                  !! [s]
-    real(rp), intent(inout) :: gained, smoothed  !! heat of the particles, and of smoothing [J]
+    real(rp), intent(in) :: dt                  !! time step [s]
+    real(rp), intent(inout) :: gained, smoothed  !! heat gained by the particles, and heat change by
+                                                 !! smoothing [J]
     integer :: first(nlane)
     real(rp) :: before(nlane), c_p(nlane), w(nlane, 18)
 

@@ -19,9 +19,9 @@ module heat_curve
   !> c_ref, theta = T_ref + int c_p dT/c_ref [K]; the heat flux is the gradient of the Kirchhoff
   !> potential phi = T_ref + int k dT/k_ref [K]. With constant c_p and k both equal T.
   type :: property_t
-    real(rp) :: rho = 1.0_rp              !! [kg/m3]
-    real(rp) :: c_ref = 1.0_rp            !! [J/(kg K)]
-    real(rp) :: k_ref = 0.0_rp            !! [W/(m K)]
+    real(rp) :: rho = 1.0_rp              !! density [kg/m3]
+    real(rp) :: c_ref = 1.0_rp            !! reference specific heat [J/(kg K)]
+    real(rp) :: k_ref = 0.0_rp            !! reference conductivity [W/(m K)]
     logical :: is_constant = .true.
     type(curve_t) :: state                !! theta over T
     type(curve_t) :: temperature          !! T over theta
@@ -66,9 +66,9 @@ contains
   !> Properties from tables over temperature; a single entry is a constant. Integrals of the tables
   !> are exact at multiples of the resolution `fine` [K].
   function make_property(rho, t_c, c, t_k, k) result(p)
-    real(rp), intent(in) :: rho                   !! [kg/m3]
-    real(rp), intent(in) :: t_c(:), c(:)          !! [K], [J/(kg K)]
-    real(rp), intent(in) :: t_k(:), k(:)          !! [K], [W/(m K)]
+    real(rp), intent(in) :: rho                   !! density [kg/m3]
+    real(rp), intent(in) :: t_c(:), c(:)          !! temperatures [K], specific heat [J/(kg K)]
+    real(rp), intent(in) :: t_k(:), k(:)          !! temperatures [K], conductivity [W/(m K)]
     type(property_t) :: p
     real(rp), parameter :: fine = 0.25_rp, t_ref = 298.0_rp
     real(rp) :: t, before(2), now(2), mid(2)

@@ -11,7 +11,8 @@ module heat_cut_mesh
 
   public :: cut_cells_t, cut_mesh, n_halo_planes
 
-  integer, parameter :: n_halo_planes = 3       !! planes beyond the own ones that are needed
+  integer, parameter :: n_halo_planes = 3       !! number of planes needed beyond the own ones on
+                                                !! each side
   real(rp), parameter :: min_volume = 0.4_rp    !! volume fraction below which a cell is merged
   real(rp), parameter :: tolerance = 1.0e-9_rp  !! relative tolerance of areas and volumes
 

@@ -21,7 +21,8 @@ module heat_fft
   !> Plans, eigenvalues and work arrays.
   type :: fft_t
     integer, private :: n(3) = 0
-    type(redistribution_t), private :: share         !! between planes and columns of the ranks
+    type(redistribution_t), private :: share         !! redistribution between planes and columns of
+                                                     !! the ranks
     type(cosine_t), private :: along_x, along_y
     type(surface_t), private :: surface
     logical :: is_exact = .false.                    !! `solve` is exact for this solid
@@ -236,10 +237,11 @@ contains
         s(j, heat%mesh%lo + i - 1) = -a*(d(c)/heat%mesh%capacity(c) + self%along_z%loss(self%n(3)))
       end do
     end do
-    where (s <= 1.0e-9_rp*a*self%along_z%loss(self%n(3))) s = 0.0_rp   ! zero apart from rounding
+    where (s <= 1.0e-9_rp*a*self%along_z%loss(self%n(3))) s = 0.0_rp   ! drop rounding
   end subroutine slopes_on_top
 
-  !> Top plane after elimination and its response to heat in itself, on this rank's rows.
+  !> Right-hand side of the top plane after elimination, and the response of the plane to heat in
+  !> it, on this rank's rows.
   pure subroutine get_top_plane(self, a, nj, columns, t, g)
     class(fft_t), intent(in) :: self
     real(rp), intent(in) :: a                     !! implicit step [s]
@@ -256,7 +258,7 @@ contains
     end do
   end subroutine get_top_plane
 
-  !> Subtract an amount from the top plane.
+  !> Subtract `amount` from the solution in the top plane.
   pure subroutine subtract_from_top(self, nj, amount, columns)
     class(fft_t), intent(in) :: self
     integer, intent(in) :: nj
@@ -277,7 +279,7 @@ contains
   !> Pack pairs of cells along z into complex numbers, r over the capacity; 0 outside the solid.
   pure subroutine pack_row_pairs(nz, pairs, ny, capacity, r, x)
     integer, intent(in) :: nz, pairs, ny
-    real(rp), intent(in) :: capacity(nz, ny), r(nz, ny)   !! [J/K], [J]
+    real(rp), intent(in) :: capacity(nz, ny), r(nz, ny)  !! heat capacity [J/K], right-hand side [J]
     complex(rp), intent(out) :: x(pairs, ny)
     real(rp) :: y(2*pairs)
     integer :: j, k

@@ -109,7 +109,8 @@ contains
     real(rp), intent(in) :: normal(3)                  !! out of the first body
     real(rp), intent(in) :: surface(6, 2)              !! area vectors [m2] and forces [N] of both
     real(rp), intent(out) :: area                      !! [m2]
-    real(rp), intent(out) :: coefficient               !! conductance [W/(m2 K)]
+    real(rp), intent(out) :: coefficient               !! heat-transfer coefficient of the gap
+                                                       !! [W/(m2 K)]
     real(rp) :: both(2), outwards, pressure
     integer :: k, n
 
@@ -150,7 +151,7 @@ contains
   subroutine add_gap_fluxes(nodes, gaps, dt)
     type(nodes_t), intent(inout) :: nodes
     type(gaps_t), intent(in) :: gaps
-    real(rp), intent(in) :: dt                    !! [s]
+    real(rp), intent(in) :: dt                    !! time step [s]
     real(rp) :: heat, t(2)
     integer :: c, e, k
 
@@ -163,7 +164,7 @@ contains
         do c = 1, 8
           associate (flux => nodes%g2(:, gaps%node(c, k, e), gaps%group(k, e)))
             flux(5) = flux(5) - merge(1.0_rp, -1.0_rp, k == 1)*gaps%weight(c, k, e)*heat
-            ! twice: temperatures of both sides may change in opposite directions
+            ! twice, as temperatures of both sides may change in opposite directions
             flux(6) = flux(6) + 2.0_rp*gaps%weight(c, k, e)*gaps%conductance(e)
           end associate
         end do

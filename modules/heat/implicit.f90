@@ -14,9 +14,10 @@ module heat_implicit
 
   integer, parameter :: max_newton = 12
   real(rp), parameter :: root2 = sqrt(2.0_rp)
-  real(rp), parameter :: first_end = 2.0_rp - root2      !! gamma: end of the first stage
-  real(rp), parameter :: diagonal = 0.5_rp*first_end     !! d
-  real(rp), parameter :: weight = 0.25_rp*root2          !! w
+  real(rp), parameter :: first_end = 2.0_rp - root2      !! gamma, end of the first stage as a
+                                                         !! fraction of the step
+  real(rp), parameter :: diagonal = 0.5_rp*first_end     !! d, diagonal coefficient of the scheme
+  real(rp), parameter :: weight = 0.25_rp*root2          !! w, weight of the first two stages
   real(rp), parameter :: error_weight(3) = [(4.0_rp*weight - 1.0_rp)/3.0_rp, -1.0_rp/3.0_rp, &
                                             2.0_rp*diagonal/3.0_rp]
 
@@ -65,10 +66,10 @@ contains
   subroutine step(self, heat, dt, y0, m0, p0, gain)
     class(implicit_t), intent(inout) :: self
     type(heat_t), intent(inout) :: heat
-    real(rp), intent(in) :: dt                    !! [s]
-    real(rp), allocatable, intent(in) :: y0(:)    !! [K]
-    real(rp), allocatable, intent(in) :: m0(:)    !! [K/s]
-    real(rp), intent(in) :: p0(n_heats)           !! [W]
+    real(rp), intent(in) :: dt                    !! time step [s]
+    real(rp), allocatable, intent(in) :: y0(:)    !! state at the start [K]
+    real(rp), allocatable, intent(in) :: m0(:)    !! rates at the start [K/s]
+    real(rp), intent(in) :: p0(n_heats)           !! powers of sources and films at the start [W]
     real(rp), intent(out) :: gain(n_heats)        !! heat of the step [J]
     real(rp) :: p(n_heats)
     integer :: n
@@ -133,7 +134,7 @@ contains
   end subroutine unpack_memory
 
   !> Collective. Solve the stage y = base + a f(y) at a fraction of the step by an inexact Newton
-  !> method; f and the powers p are those at y.
+  !> method; returns the rates f and the powers p at y.
   subroutine solve_stage(self, heat, a, step_fraction, p)
     class(implicit_t), intent(inout) :: self
     type(heat_t), intent(inout) :: heat

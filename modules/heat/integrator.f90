@@ -13,10 +13,11 @@ module heat_integrator
 
   public :: integrator_t, n_kept
 
-  integer, parameter :: n_kept = 3   !! fields besides the state: rate, mean rate, preconditioner
+  integer, parameter :: n_kept = 3   !! fields of a restart besides the state: rate, mean rate,
+                                     !! preconditioner
 
   real(rp), parameter :: safety = 0.8_rp, max_growth = 2.0_rp, min_growth = 0.2_rp
-  integer, parameter :: max_rejected = 50          !! trials of one step
+  integer, parameter :: max_rejected = 50          !! largest number of rejected trials of one step
   real(rp), parameter :: stability_fraction = 0.95_rp  !! used fraction of the stability limit
 
   !> State of the time integration.
@@ -28,7 +29,7 @@ module heat_integrator
     real(rp) :: last = 0.0_rp                      !! last accepted step [s]
     integer(i8) :: steps = 0, rejected = 0         !! accepted and rejected steps so far
     logical :: is_stuck = .false.                  !! a step failed; the state is that before it
-    real(rp) :: heats(n_heats) = 0.0_rp            !! heat of sources and films so far [J]
+    real(rp) :: heats(n_heats) = 0.0_rp            !! heat of sources and films since t = 0 [J]
     type(implicit_t) :: implicit
     logical, private :: has_rate = .false.         !! `m0` and `p0` are of the current state
     logical, allocatable, private :: was_on(:)
@@ -51,7 +52,7 @@ contains
     allocate (self%y0(lo:hi), self%y1(lo:hi), self%m0(lo:hi), self%m1(lo:hi), source=0.0_rp)
     allocate (self%was_on(size(heat%source)), source=.false.)
     if (self%next <= 0.0_rp) self%next = 10.0_rp/max(heat%max_decay_rate, 1.0e-3_rp)
-    if (self%fixed > 0.0_rp) self%next = self%fixed       ! a restart may change it
+    if (self%fixed > 0.0_rp) self%next = self%fixed       ! a restart may have changed it
     if (is_implicit(self)) call self%implicit%start(heat, self%method)
   end subroutine start
 
@@ -96,7 +97,7 @@ contains
     associate (power => reshape(numbers(5 + n:), [n_heats, (size(numbers) - 4 - n)/n_heats]))
       if (size(power, 2) == heat%world%size) then
         self%p0 = power(:, heat%world%rank + 1)
-      else                               ! another number of ranks
+      else                               ! the number of ranks has changed
         self%p0 = merge(sum(power, dim=2), 0.0_rp, heat%world%is_root())
       end if
     end associate
@@ -202,7 +203,7 @@ contains
     s = max(3, ceiling(0.5_rp*(sqrt(9.0_rp + 8.0_rp*dt*heat%max_decay_rate/stability_fraction) &
                                - 1.0_rp)))
     w1 = 4.0_rp/real(s*s + s - 2, rp)
-    ! heat%theta has stage j-1, y1 stage j-2 and then j; they are swapped
+    ! heat%theta holds stage j-1, y1 holds stage j-2 and then j; both are swapped
     self%y1 = self%y0
     g = 0.0_rp
     heat%theta = self%y0 + dt*w1/3.0_rp*self%m0

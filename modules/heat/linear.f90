@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
 !> Linear systems of an implicit step, [C/s + a (G - D)] x = b, with capacities C, scale s,
-!> conductances G and slopes D <= 0 of the boundary heat flow. Solved by matrix-free conjugate
-!> gradients with the diagonal or the direct solution of the bounding box (heat_fft) as
-!> preconditioner, or by PETSc (heat_petsc). The names of the solvers and of the methods of
-!> time integration.
+!> conductances G and slopes D <= 0 of the boundary heat flow. They are solved by matrix-free
+!> conjugate gradients with the diagonal or the direct solution of the bounding box (heat_fft) as
+!> preconditioner, or by PETSc (heat_petsc). The names of the solvers and of the methods of time
+!> integration are defined here.
 module heat_linear
   use base_kinds, only: rp
   use heat_fft, only: fft_t
@@ -16,7 +16,8 @@ module heat_linear
 
   integer, parameter, public :: euler = 1, rkl2 = 2, backward_euler = 3, tr_bdf2 = 4
   integer, parameter, public :: by_cg = 1, by_fft = 2, by_petsc = 3
-  integer, parameter, public :: max_iterations = 2000    !! limit of conjugate gradients
+  integer, parameter, public :: max_iterations = 2000    !! largest number of iterations of
+                                                         !! conjugate gradients
 
   character(14), parameter, public :: method_names(4) = [character(14) :: &
     'explicit', 'rkl2', 'backward-euler', 'tr-bdf2']
@@ -80,7 +81,8 @@ contains
     self%iterations = self%iterations + iterations
   end subroutine solve
 
-  !> Collective. Approximate solution for an error estimate, by the bounding box where possible.
+  !> Collective. Approximate solution that filters an error estimate, by the bounding box where
+  !> possible.
   subroutine filter(self, heat, a, scale, d, b, x)
     class(linear_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat

@@ -10,12 +10,12 @@ module heat_mesh
 
   public :: heat_mesh_t, boundary_face_t, lay_lines
 
-  !> A piece of the surface of the solid.
+  !> A face of a cell, or part of one, on the surface of the solid.
   type :: boundary_face_t
     integer :: cell = 0                    !! cell that it belongs to
     integer :: body = 1, face = 1          !! face 1..6: direction of its normal
     real(rp) :: area = 0.0_rp              !! [m2]
-    real(rp) :: depth = 0.0_rp             !! depth of the cell centre behind it [m]
+    real(rp) :: depth = 0.0_rp             !! distance of the cell centre from the face [m]
     integer :: at(3) = 0                   !! indices of the cell in which it lies
   end type boundary_face_t
 
@@ -27,12 +27,14 @@ module heat_mesh
     integer :: nx = 0, np = 0                     !! number of own planes, cells of a plane
     integer :: before = -1, after = -1            !! ranks of the planes lo-1 and hi+1; -1: none
     real(rp), allocatable :: xm(:), xp(:)         !! (nx) rates to the previous and next plane
-    real(rp), allocatable, dimension(:) :: ym, yp, zm, zp   !! (np) along y and z
+    real(rp), allocatable, dimension(:) :: ym, yp, zm, zp   !! rates to the previous and next cell
+                                                            !! along y and z [1/s]
     real(rp), allocatable :: capacity(:)          !! (np nx) [J/K]; 0: not in the solid
     real(rp) :: volume = 0.0_rp                   !! volume of the own cells [m3]
     integer, allocatable :: void(:)               !! cells that are not in the solid
     integer, allocatable :: irregular(:)          !! cells whose rates are not those of uncut cells
-    real(rp), allocatable :: irregular_rate(:, :)  !! (6, irregular) [1/s]
+    real(rp), allocatable :: irregular_rate(:, :)  !! rates of the irregular cells to their six
+                                                   !! neighbours [1/s]
     integer, allocatable :: body(:)               !! (np nx) body of each cell
     type(boundary_face_t), allocatable :: wall(:)   !! boundary faces of the own cells
   contains
@@ -44,7 +46,7 @@ contains
   !> Mesh lines about `h` apart that include all `planes`, except those that would make cells below
   !> h/2. The first two planes are the ends.
   pure subroutine lay_lines(h, planes, lines)
-    real(rp), intent(in) :: h, planes(:)              !! [m]
+    real(rp), intent(in) :: h, planes(:)              !! cell edge, positions of plane faces [m]
     real(rp), allocatable, intent(out) :: lines(:)
     real(rp) :: fixed(size(planes)), p
     integer :: i, j, m, n, n_cells, k

@@ -20,11 +20,12 @@ module heat_nodes
   public :: centre_increment, smoothed_fraction, gather_flux, gather_temperature, stable_conduction
   public :: sum_all_nodes
 
-  real(rp), parameter :: min_smoothed = 0.1_rp   !! least fraction smoothed in a conduction step
+  real(rp), parameter :: min_smoothed = 0.1_rp   !! least fraction of unresolved temperature
+                                                 !! differences that a conduction step smooths
 
 contains
 
-  !> Stable explicit step [s]: least FOURIER h^2 rho c/k of all materials.
+  !> Stable explicit conduction step [s]: least FOURIER h^2 rho c/k of all materials.
   pure real(rp) function stable_conduction(scene)
     type(scene_t), intent(in) :: scene
     real(rp) :: c, k
@@ -108,7 +109,7 @@ contains
     pure real(rp) function at_node(i, is_there, mean) result(t)
       integer, intent(in) :: i
       logical, intent(in) :: is_there(2)     !! the nodes below and above have mass
-      real(rp), intent(in) :: mean(3)        !! [K]
+      real(rp), intent(in) :: mean(3)        !! mean temperatures [K]
       real(rp) :: distance(2), rise(2)
 
       associate (grading => sim%scene%grid%grading(a))
@@ -156,7 +157,7 @@ contains
           is_given(node) = planes(plane)%temperature > 0.0_rp
         end associate
       end do
-      do q = 1, patch%nn                  ! no exchange beyond open ends
+      do q = 1, patch%nn                  ! no heat exchange beyond open ends
         ijk = patch%indices(q)
         if (.not. is_image(q) .and. (ijk(a) < 0 .or. ijk(a) >= sim%scene%grid%n(a))) capacity(q) = &
           0.0_rp
@@ -206,7 +207,7 @@ contains
     type(simulation_t), intent(inout) :: sim
     type(sinks_t), intent(inout) :: sinks
     type(gaps_t), intent(in) :: gaps
-    real(rp), intent(in) :: dt                  !! [s]
+    real(rp), intent(in) :: dt                  !! time step [s]
     integer :: b, k
 
     call clear_nodes(sim%nodes, sim%nodes%g2)
@@ -230,7 +231,7 @@ contains
   pure function smoothed_fraction(scene, body, dt, nf, ps) result(part)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body, nf
-    real(rp), intent(in) :: dt                  !! [s]
+    real(rp), intent(in) :: dt                  !! time step [s]
     real(rp), intent(in) :: ps(nlane, nf)
     real(rp), dimension(nlane) :: capacity, k, part, physical
     real(rp) :: least
@@ -290,7 +291,7 @@ contains
   subroutine diffuse_block(sim, b, dt)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: b
-    real(rp), intent(in) :: dt                  !! [s]
+    real(rp), intent(in) :: dt                  !! time step [s]
     integer :: first(nlane)
     real(rp) :: w(nlane, 18)
 

@@ -48,10 +48,11 @@ contains
     type(sinks_t), intent(inout), target :: sinks
     type(gaps_t), intent(in), target :: gaps
     real(rp), intent(in) :: dt                  !! conduction step [s]
-    real(rp), parameter :: fine = 1.0e-8_rp, rough = 0.1_rp   ! relative residuals of the two solves
+    real(rp), parameter :: fine = 1.0e-8_rp, rough = 0.1_rp   ! relative residuals of the solution
+                                                              ! and of the error filter
     real(rp), dimension(sim%nodes%patch%nn, sim%scene%n_heat_groups) :: before, b, error, x
     real(rp) :: film
-    real(rp) :: worst(2)                        ! largest error and temperature rise [K]
+    real(rp) :: worst(2)                        ! largest error and largest temperature rise [K]
     type(nodal_system_t) :: system
     integer :: k, n
 
@@ -93,7 +94,7 @@ contains
     type(simulation_t), intent(inout), target :: sim
     type(sinks_t), intent(inout), target :: sinks
     type(gaps_t), intent(in), target :: gaps
-    real(rp), intent(in) :: dt                  !! [s]
+    real(rp), intent(in) :: dt                  !! time step [s]
     real(rp), parameter :: min_change = 1.0e-9_rp     ! rms temperature change at rounding level [K]
     real(rp) :: all(1)
     integer :: r
@@ -127,7 +128,7 @@ contains
     type(nodal_system_t), intent(inout) :: system
     real(rp), intent(in) :: relative            !! tolerance of the residual
     real(rp), intent(in) :: b(:, :)             !! right-hand side [J]
-    real(rp), intent(out) :: x(:, :)            !! [K]
+    real(rp), intent(out) :: x(:, :)            !! solution [K]
     real(rp), allocatable :: rows(:)
     integer :: iterations
 
@@ -178,8 +179,8 @@ contains
   !> Collective. Product q = A p on all nodes; p must be equal on all ranks that store a node.
   subroutine apply(self, p, q)
     class(nodal_system_t), intent(inout) :: self
-    real(rp), intent(in) :: p(:, :)             !! [K]
-    real(rp), intent(out) :: q(:, :)            !! [J]
+    real(rp), intent(in) :: p(:, :)             !! vector [K]
+    real(rp), intent(out) :: q(:, :)            !! product [J]
     integer :: k
 
     associate (g => self%sim%nodes%g, n => self%n)

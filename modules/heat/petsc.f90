@@ -16,7 +16,8 @@ module heat_petsc
 
   public :: end_petsc, operator_t, petsc_t, petsc_trouble, solve_by_petsc
 
-  real(rp), parameter :: reuse_factor = 1.5_rp  !! change of the step for a new preconditioner
+  real(rp), parameter :: reuse_factor = 1.5_rp  !! change of the step by which the preconditioner is
+                                                !! rebuilt
 
   !> A linear operator, defined by its product with a vector.
   type, abstract :: operator_t
@@ -40,7 +41,8 @@ module heat_petsc
     type(c_ptr), private :: matrix = c_null_ptr
     integer, allocatable, private :: row(:)   !! cells in the solid
     real(rp), private :: built_for = 0.0_rp   !! implicit step of the preconditioner [s]; 0: none
-    real(rp), allocatable, private :: built_from(:)   !! diagonal of the preconditioner [J/K]
+    real(rp), allocatable, private :: built_from(:)   !! diagonal with which the preconditioner was
+                                                      !! built [J/K]
   contains
     procedure :: start, solve, pack_memory, unpack_memory
   end type petsc_t
@@ -120,7 +122,7 @@ contains
   subroutine start(self, heat, rate)
     class(petsc_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat
-    real(rp), intent(in) :: rate(:, :)            !! (6, cells) [1/s]
+    real(rp), intent(in) :: rate(:, :)            !! (6, cells) rates to the neighbours [1/s]
     real(rp), allocatable :: number(:)
     integer :: rows(0:heat%world%size - 1), step(6), first, i, k, n
     integer, allocatable :: begin(:), column(:)

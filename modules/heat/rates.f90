@@ -13,7 +13,7 @@ module heat_rates
 
   public :: heat_t, b_source, b_film, n_heats
 
-  integer, parameter :: b_source = 1, b_film = 2, n_heats = 2  !! powers [W] or heats [J]
+  integer, parameter :: b_source = 1, b_film = 2, n_heats = 2  !! indices of powers [W] or heats [J]
 
   !> Mesh, properties, boundary conditions, sources and state of a conduction problem.
   type :: heat_t
@@ -88,9 +88,9 @@ contains
   !> Set film coefficients, radiation and ambient temperatures by direction and body.
   subroutine add_films(self, coefficient, radiation, ambient)
     class(heat_t), intent(inout) :: self
-    real(rp), intent(in) :: coefficient(:, :)     !! (6, bodies) [W/(m2 K)]
+    real(rp), intent(in) :: coefficient(:, :)  !! (6, bodies) heat-transfer coefficient [W/(m2 K)]
     real(rp), intent(in) :: radiation(:, :)       !! (6, bodies) emissivity times sigma [W/(m2 K4)]
-    real(rp), intent(in) :: ambient(:, :)         !! (6, bodies) [K]
+    real(rp), intent(in) :: ambient(:, :)         !! (6, bodies) ambient temperature [K]
 
     call self%film%init(self%mesh%wall, self%mesh%capacity, self%conductivity, coefficient, &
                         radiation, ambient)

@@ -36,7 +36,8 @@ module heat_sinks
     real(rp), allocatable :: surface_excess(:)         !! T_s less the nodal temperature [K]
     real(rp), allocatable :: total_conductance(:)  !! by sink, sum of all ranks [W/K]
     real(rp), allocatable :: t_face0(:)                !! face temperature without heat flow [K]
-    real(rp), allocatable :: dt_face_dp(:)             !! its slope with the heat flow [K/W]
+    real(rp), allocatable :: dt_face_dp(:)             !! slope of the face temperature with the
+                                                       !! heat flow [K/W]
     real(rp), allocatable :: power(:)                  !! heat flow into each sink [W]
   end type sinks_t
 
@@ -62,7 +63,7 @@ contains
   subroutine add_film_losses(sim, b, dt)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: b
-    real(rp), intent(in) :: dt                        !! [s]
+    real(rp), intent(in) :: dt                        !! time step [s]
     real(rp) :: x(3), area, spacing(3)
     integer :: axis, face, faces, p
 
@@ -74,7 +75,7 @@ contains
         spacing = sim%scene%spacing_of(sim%particles%body(b), ps(p, :))
         do face = 1, 6
           if (.not. btest(faces, face - 1) .or. .not. body%film(face)%acts()) cycle
-          if (body%film(face)%has_backing) cycle     ! a sink (list_faces)
+          if (body%film(face)%has_backing) cycle     ! a heat sink, see list_faces
           call face_of(spacing, face, ps(p, f_pos:f_pos + 2), axis, x, area)
           x = patch%linear_place(x)
           associate (film => body%film(face))
@@ -111,12 +112,13 @@ contains
   !> second grid receives the conductance [W/K].
   subroutine add_varying_loss(sim, dt, film, group, axis, area, s)
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: dt                        !! [s]
+    real(rp), intent(in) :: dt                        !! time step [s]
     type(film_t), intent(in) :: film
     integer, intent(in) :: group                      !! heat group
-    integer, intent(in) :: axis                       !! normal to the face
+    integer, intent(in) :: axis                       !! axis normal to the face
     real(rp), intent(in) :: area                      !! area of the face [m2]
-    real(rp), intent(in) :: s(3)                      !! its position from the first node [cells]
+    real(rp), intent(in) :: s(3)                      !! position of the face from the first node
+                                                      !! [cells]
     real(rp) :: before, h, heat, radiation, t, weight(0:7)
     integer :: c, q(0:7)
 
@@ -293,7 +295,7 @@ contains
   !> lane 5 of the second grid; add the conductances to lane 6.
   subroutine add_sink_fluxes(sim, dt, sinks)
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: dt                         !! [s]
+    real(rp), intent(in) :: dt                         !! time step [s]
     type(sinks_t), intent(inout) :: sinks
     real(rp) :: heat, surface(sinks%n)
     integer :: c, i
@@ -326,7 +328,7 @@ contains
   !> Advance the sinks by a conduction step and add their heat to the energy sums, on one rank.
   subroutine advance_sinks(sim, dt, sinks)
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: dt                         !! [s]
+    real(rp), intent(in) :: dt                         !! time step [s]
     type(sinks_t), intent(in) :: sinks
     integer :: i, k, sink
 

@@ -23,9 +23,9 @@ module heat_sources
     logical :: radiates = .false.                 !! any face radiates
     integer, allocatable :: cell(:)               !! own cell of each face
     real(rp), allocatable :: area(:)              !! [m2]
-    real(rp), allocatable :: coefficient(:)       !! [W/(m2 K)]
+    real(rp), allocatable :: coefficient(:)       !! heat-transfer coefficients [W/(m2 K)]
     real(rp), allocatable :: depth(:)             !! depth of the cell centre [m]
-    real(rp), allocatable :: ambient(:)           !! temperature [K]
+    real(rp), allocatable :: ambient(:)           !! ambient temperatures [K]
     real(rp), allocatable :: radiation(:)         !! emissivity times sigma [W/(m2 K4)]
     real(rp), allocatable :: conductance(:)       !! A/(1/h + d/k) with the reference k [W/K]
     real(rp), allocatable :: max_conductance(:)   !! upper bound over all temperatures [W/K]
@@ -42,17 +42,20 @@ module heat_sources
     real(rp) :: power = 0.0_rp                       !! power of a disc or volume [W]
     real(rp) :: position(3) = 0.0_rp                 !! centre at t = 0 [m]
     real(rp) :: velocity(3) = 0.0_rp                 !! [m/s]
-    real(rp) :: radius = 0.0_rp                      !! [m]
+    real(rp) :: radius = 0.0_rp                      !! radius of a disc [m]
     class(volume_t), allocatable :: volume           !! volume that is heated
-    real(rp) :: begin = 0.0_rp, end = huge(1.0_rp)   !! times of its action [s]
+    real(rp) :: begin = 0.0_rp, end = huge(1.0_rp)   !! times between which the source acts [s]
     real(rp) :: spin = 0.0_rp                        !! stir: heat share times angular speed [rad/s]
     type(curve_t) :: shear                           !! stir: shear stress over temperature [Pa]
     real(rp), private :: max_shear = 0.0_rp          !! largest shear stress [Pa]
     integer, allocatable, private :: wall(:)         !! boundary faces at its height
     integer :: n = 0   !! faces or cells covered at the start or the end
-    integer, allocatable :: cell(:)                  !! own cell of each
+    integer, allocatable :: cell(:)                  !! own cell of each covered face or cell
     real(rp), allocatable :: insulance(:)         !! centre depth over face area [1/m]
-    real(rp), allocatable :: moment(:, :)            !! (4, n) moments at the start and the end
+    real(rp), allocatable :: moment(:, :)            !! (4, n) area and integral of the radius over
+                                                     !! the covered part of a face (`disc_moments`),
+                                                     !! or covered capacity and 0, at the start and
+                                                     !! at the end of the step
     real(rp) :: total(2) = 0.0_rp                    !! moments 1 and 3, sums over all ranks
   contains
     procedure :: read_keys, find_walls, move, is_on, heat_of
@@ -66,9 +69,10 @@ contains
     type(boundary_face_t), intent(in) :: wall(:)
     real(rp), intent(in) :: capacity(:)           !! capacity of the cells [J/K]
     real(rp), intent(in) :: conductivity(:)       !! conductivity of the bodies [W/(m K)]
-    real(rp), intent(in) :: coefficient(:, :)     !! (6, bodies) [W/(m2 K)]
+    real(rp), intent(in) :: coefficient(:, :)     !! (6, bodies) heat-transfer coefficients [W/(m2
+                                                  !! K)]
     real(rp), intent(in) :: radiation(:, :)       !! (6, bodies) emissivity times sigma [W/(m2 K4)]
-    real(rp), intent(in) :: ambient(:, :)         !! (6, bodies) [K]
+    real(rp), intent(in) :: ambient(:, :)         !! (6, bodies) ambient temperatures [K]
     real(rp) :: h
     integer :: i, n
 
@@ -108,7 +112,7 @@ contains
     real(rp), intent(in) :: t                     !! temperature of the cell [K]
     real(rp), intent(in) :: resistivity           !! 1/k of the cell [m K/W]
     real(rp), intent(out) :: heat                 !! loss [W]
-    real(rp), intent(out) :: slope                !! its derivative [W/K]
+    real(rp), intent(out) :: slope                !! derivative of the loss by temperature [W/K]
     integer, parameter :: max_iterations = 50
     real(rp), parameter :: close = 1.0e-14_rp
     real(rp) :: change, s
@@ -266,7 +270,7 @@ contains
     m = 0.0_rp
     near = max(lower, min(0.0_rp, upper))
     if (sum(near**2) >= radius**2) return
-    ! only the rows within the disc, where the chord is a smooth function
+    ! only rows within the disc, where the chord is a smooth function
     y0 = max(lower(2), -radius)
     y1 = min(upper(2), radius)
     strips = merge(1, 3, sum(max(abs(lower), abs(upper))**2) <= radius**2)
@@ -295,7 +299,7 @@ contains
     real(rp), intent(in) :: t                        !! temperature of the cell [K]
     real(rp), intent(in) :: resistivity              !! resistivity of the cell [m K/W]
     real(rp), intent(out) :: power                   !! [W]
-    real(rp), intent(out) :: slope                   !! derivative by temperature [W/K]
+    real(rp), intent(out) :: slope                   !! derivative of the power by temperature [W/K]
     integer, parameter :: max_iterations = 40
     real(rp) :: a, f, high, low, m1, tau, d, x
     integer :: n

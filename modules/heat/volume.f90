@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Volumes that a source of heat covers. This one is a ball; another is a type that extends it in a
-!> file of its own, with a line in heat_volumes.
+!> Volume that a heat source covers: a ball. Another volume is a type that extends this one in a
+!> file of its own, and a line in heat_volumes.
 module heat_volume
   use base_kinds, only: rp
   use input_key_table, only: key_table_t
@@ -33,12 +33,13 @@ contains
     self%radius = input%real('SOURCE', i, 'RADIUS')
   end subroutine read_keys
 
-  !> Heat over heat capacity of a cube with an edge of `width` at `d` from the centre of the source,
-  !> but for a factor: the power of the source is given. A cube at the edge counts by the covered
-  !> part of its width.
+  !> Heat over heat capacity, up to a constant factor, of a cube with an edge of `width` whose
+  !> centre is at `d` from the centre of the source; the power of the source determines the factor.
+  !> A cube at the edge counts by the covered part of its width.
   pure real(rp) function weight(self, d, width)
     class(volume_t), intent(in) :: self
-    real(rp), intent(in) :: d(3), width              !! [m]
+    real(rp), intent(in) :: d(3), width              !! vector from the centre of the source, edge
+                                                     !! of the cube [m]
 
     weight = max(0.0_rp, min(1.0_rp, (self%radius - norm2(d))/width + 0.5_rp))
   end function weight

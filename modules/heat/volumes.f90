@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> List of the volumes that a source of heat covers, named by KIND of a &SOURCE.
+!> List of the volumes that a heat source can cover, named by KIND of a &SOURCE.
 module heat_volumes
   use heat_volume, only: volume_t
   implicit none (type, external)
@@ -12,7 +12,7 @@ module heat_volumes
 
 contains
 
-  !> Make the volume of this name, without its keys: a ball for the sources without a volume, too.
+  !> Make the volume of this name, without its keys; a ball for the sources without a volume.
   subroutine make_volume(name, volume)
     character(*), intent(in) :: name
     class(volume_t), allocatable, intent(out) :: volume

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> State of a heat-only run, and what is observed of it: temperatures at given positions, by
-!> trilinear interpolation between the eight surrounding cell centres if all are in the solid, else
-!> by a least-squares plane through the solid ones of the 27 surrounding cells; cells above the
-!> melting temperature. Its checkpoints.
+!> State of a heat-only run, its checkpoints, and its output: temperatures at given positions, by
+!> trilinear interpolation between the eight surrounding cell centres if all are in the solid,
+!> otherwise by a least-squares plane through the solid ones of the 27 surrounding cells; molten
+!> mass and hottest cell.
 module heat_alone_state
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
@@ -26,7 +26,8 @@ module heat_alone_state
     real(rp) :: time = 0.0_rp                !! simulated time [s]
     real(rp) :: content0 = 0.0_rp            !! heat content at t = 0 [J]
     real(rp) :: row_time = -1.0_rp           !! time of the last history row [s]
-    real(rp) :: row_heats(n_heats) = 0.0_rp  !! heat of sources and films until then [J]
+    real(rp) :: row_heats(n_heats) = 0.0_rp  !! heat of sources and films until the last history row
+                                             !! [J]
     integer(i8) :: rows = 0                  !! history rows written so far
     logical :: lost_row = .false.            !! a row could not be written, on rank 0
     real(rp), allocatable :: frame_times(:)  !! times of the frames written so far [s]
@@ -185,7 +186,7 @@ contains
         associate (material => scene%material(scene%body(mesh%body(c))%material))
           mass = mesh%capacity(c)/material%c_p
           if (scene%body(mesh%body(c))%material == scene%body(1)%material) then
-            mass = mesh%capacity(c)/heat%property%c_ref      ! tables may have replaced c_p
+            mass = mesh%capacity(c)/heat%property%c_ref      ! from a table, if given
           end if
           temp = heat%property%temperature_at(heat%theta(c))
           sample%mass = sample%mass + mass
@@ -287,7 +288,7 @@ contains
     end associate
   end subroutine pass_numbers
 
-  !> Check the numbers of `pack_memory` of the integrator, after those of the run.
+  !> Check the restart data of the integrator, which follow the numbers of the run.
   subroutine check_memory(numbers)
     type(numbers_t), intent(inout) :: numbers
     integer :: ranks, sources

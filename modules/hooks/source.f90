@@ -24,7 +24,8 @@ module hooks_source
   type, extends(hook_t) :: source_t
     type(heat_source_t) :: source
     integer :: number = 0                    !! index of its &SOURCE
-    logical :: has_warned = .false.          !! a warning of no covered particle was given
+    logical :: has_warned = .false.          !! the warning that the source covers no particle was
+                                             !! given
   contains
     procedure, nopass :: add_keys
     procedure :: read_keys, give_heat
@@ -33,7 +34,7 @@ module hooks_source
 
 contains
 
-  !> Add the group and its keys to the table: those of KIND = stir are for heat alone.
+  !> Add the group and its keys to the table. KIND = stir is for heat-only runs alone.
   subroutine add_keys(t)
     type(key_table_t), intent(inout) :: t
     class(volume_t), allocatable :: volume

@@ -14,8 +14,9 @@ module input_assignments
   !> A group, `&NAME ... /`.
   type :: group_t
     character(name_len) :: name = ''   !! upper case
-    integer :: line = 0                !! line where it opens; -k: from the k-th override
-    logical :: is_broken = .false.     !! could not be read to its end
+    integer :: line = 0                !! line where the group opens; -k: opened by the k-th
+                                       !! override
+    logical :: is_broken = .false.     !! the group could not be read to its end
     integer :: first = 1, last = 0     !! range of its assignments, without overrides
   end type group_t
 
@@ -24,9 +25,9 @@ module input_assignments
     integer :: group = 0               !! index of its group in the file
     character(name_len) :: key = ''    !! upper case; blank: replaced by an override
     integer :: index = 0               !! 0: no index was written
-    integer :: first = 1, last = 0     !! the value is `text(first:last)`
-    integer :: line = 0                !! line of the key; -k: the k-th override
-    logical :: is_broken = .false.     !! invalid, has a diagnostic
+    integer :: first = 1, last = 0     !! the value is `text(first:last)` of the scan
+    integer :: line = 0                !! line of the key; -k: the key is from the k-th override
+    logical :: is_broken = .false.     !! the assignment is invalid and has a diagnostic
   end type assignment_t
 
   !> Indices of the groups of one name, at(:n).
@@ -41,7 +42,8 @@ module input_assignments
     character(:), allocatable :: text              !! the file without comments
     type(group_t), allocatable :: groups(:)
     type(assignment_t), allocatable :: assignments(:)
-    integer :: n_groups = 0, n_read = 0   !! numbers of the file; overrides follow
+    integer :: n_groups = 0, n_read = 0   !! numbers of groups and of assignments in the file;
+                                          !! overrides follow them
     type(places_t), allocatable, private :: places(:)
   contains
     procedure :: find_places, count => count_groups, add_group, find, last_of, value, replace
@@ -85,7 +87,7 @@ contains
   subroutine add_group(self, name, line)
     class(scan_t), intent(inout) :: self
     character(*), intent(in) :: name
-    integer, intent(in) :: line             !! line; -k: from the k-th override
+    integer, intent(in) :: line             !! line where it opens; -k: opened by the k-th override
 
     self%groups = [self%groups, group_t(name, line)]
     call self%find_places()

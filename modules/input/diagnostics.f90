@@ -15,7 +15,7 @@ module input_diagnostics
 
   !> An error or a warning.
   type :: diagnostic_t
-    character(:), allocatable :: file      !! file name, or the option as the user wrote it
+    character(:), allocatable :: file      !! file name, or the override as the user wrote it
     integer :: line = 0                    !! line in the file; 0: none
     character(:), allocatable :: message
     logical :: is_warning = .false.
@@ -48,7 +48,8 @@ contains
   subroutine add(self, file, line, message, is_warning)
     class(diagnostics_t), intent(inout) :: self
     character(*), intent(in) :: file
-    integer, intent(in) :: line           !! line of the file; 0: none; -k: k-th override
+    integer, intent(in) :: line           !! line of the file; 0: none; -k: line of the k-th
+                                          !! override
     character(*), intent(in) :: message
     logical, intent(in), optional :: is_warning   !! true: the run continues
     type(diagnostic_t) :: new

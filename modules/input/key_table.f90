@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Table of input keys: groups and rows, with additions and look-ups, also of the names by which
-!> groups refer to one another.
+!> Table of input keys: its groups and rows, adding to it, and look-ups of keys and of the names by
+!> which groups refer to one another.
 module input_key_table
   use base_errors, only: fatal
   use base_text, only: joined
@@ -15,7 +15,7 @@ module input_key_table
     character(16) :: name = ''
     logical :: repeats = .false., is_required = .false.
     integer :: first = 1, last = 0      !! range of its rows in the list of keys
-    character(240) :: about = ''
+    character(240) :: about = ''        !! description for the reference page
   end type group_row_t
 
   !> One key of a group.
@@ -24,13 +24,13 @@ module input_key_table
     character(8) :: kind = ''           !! real, integer, logical, text or choice
     integer :: n = 1                    !! number of values; -n: up to n
     character(12) :: unit = ''
-    character(256) :: default = ''      !! as text
-    logical :: is_required = .false.    !! if the condition holds
+    character(256) :: default = ''      !! default value, as text
+    logical :: is_required = .false.    !! the key must be given where its condition holds
     character(96) :: condition = ''     !! 'KEY = a or b' under which it applies; '': always
     character(96) :: allowed = ''       !! interval, names of a choice, characters of a text,
                                         !! 'name', 'file name'
-    character(240) :: about = ''
-    logical :: may_change = .false.     !! may change in a restart
+    character(240) :: about = ''        !! description for the reference page
+    logical :: may_change = .false.     !! a restart may change the value
   end type key_row_t
 
   !> The table; the keys of a group are contiguous.

@@ -251,7 +251,7 @@ contains
           own = names_of(input, group, trim(key%name))
         end associate
         do i = 1, size(own)
-          if (own(i) == '') cycle                  ! is reported already, or need not be given
+          if (own(i) == '') cycle                  ! reported already, or not required
           if (other == group) then
             if (find(own(:i - 1), own(i)) > 0) call input%report(group, i, 'NAME', &
               'is the name of another &'//group)

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> Texts of an input: the resolved input, whose given, library and override values can be run again,
-!> with the other defaults and the sources of library values as comments; the scene with all
-!> defaults; paths and checksums of the files it names, by which a restart identifies them.
+!> Texts of an input. The resolved input has the given, library and override values, with which it
+!> can be run again; other defaults and the sources of library values are comments. The scene text
+!> has all defaults. Paths and checksums of the files named by the input identify them in a restart.
 module input_resolved
   use base_disk, only: file_bytes, file_sum, full_path, sum_words
   use base_kinds, only: i8
@@ -13,7 +13,8 @@ module input_resolved
 
   public :: file_path, folder_of_files, resolved_text, scene_text, sums_of_files
 
-  character(*), parameter :: key = 'FILE'   !! in all groups but &PATH, which no run reads
+  character(*), parameter :: key = 'FILE'   !! key of file names in all groups; &PATH is not part of
+                                            !! a run
 
   character, parameter :: nl = new_line('a')
 
@@ -72,7 +73,7 @@ contains
     end do
   end function sums_of_files
 
-  !> Text of NAME_input.nml.
+  !> Text of the resolved input, NAME_input.nml.
   function resolved_text(input) result(text)
     type(input_t), intent(in) :: input
     character(:), allocatable :: text, group, one
@@ -105,7 +106,8 @@ contains
     do g = 1, size(input%table%groups)
       group = trim(input%table%groups(g)%name)
       n = input%count(group)
-      if (.not. input%table%groups(g)%repeats .and. group /= 'HEAT') n = 1   ! its presence matters
+      ! Absent groups have their defaults, except &HEAT, which has an effect by its presence.
+      if (.not. input%table%groups(g)%repeats .and. group /= 'HEAT') n = 1
       do i = 1, n
         text = text//'&'//group//nl
         do k = input%table%groups(g)%first, input%table%groups(g)%last

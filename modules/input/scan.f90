@@ -19,7 +19,7 @@ module input_scan
   !> Classes of characters of the file, set in the first pass.
   character, parameter :: plain = '.', quoted = 'q', unclosed = 'u', skipped = ' '
 
-  !> Limits beyond any real input, as later checks take time that grows quadratically.
+  !> Limits far beyond any real input, as the time of later checks grows quadratically.
   integer, parameter :: max_groups = 5000, max_in_group = 10000, max_bytes = 32*1024**2
 
   !> The file between the first and the second pass.

@@ -85,7 +85,7 @@ contains
       if (.not. ok) return
       exponent = max(-10000, min(exponent, 10000))
     end if
-    ok = exponent <= 308 .and. exponent + n_before <= 308   ! larger ones would trap
+    ok = exponent <= 308 .and. exponent + n_before <= 308   ! larger numbers would trap as overflow
     if (.not. ok .or. exponent - n_after < -307 - 17) return
     read (buffer, *, iostat=status) x
     ok = status == 0

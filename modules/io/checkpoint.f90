@@ -44,7 +44,8 @@ contains
     character(*), intent(in) :: path
     type(particles_t), intent(in) :: particles
     type(box_t), intent(in) :: boxes(0:)           !! boxes of all ranks
-    real(rp), intent(in), contiguous :: global(:)   !! state of the run; that of rank 0 is written
+    real(rp), intent(in), contiguous :: global(:)   !! state of the run; the values of rank 0 are
+                                                    !! written
     real(rp), intent(in), contiguous :: local(:)  !! sums of this rank, of equal number on all ranks
     type(notes_t), intent(in) :: notes
     type(error_t), intent(inout) :: error
@@ -106,7 +107,7 @@ contains
       call write_array(file, '/particles/tag', particles%tag(:, :n))
       call write_array(file, '/particles/count', particles%count(:n))
       call write_array(file, '/particles/body', particles%body(:n))
-    else   ! the arrays of a rank that never had particles may not exist
+    else   ! arrays of a rank that never had particles may not exist
       call write_array(file, '/particles/tag', none)
       call write_array(file, '/particles/count', [integer ::])
       call write_array(file, '/particles/body', [integer ::])
@@ -324,7 +325,8 @@ contains
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
     real(rp), intent(in), contiguous :: field(:, :)   !! (cells of a plane, own planes)
-    real(rp), intent(in), contiguous :: global(:)     !! state of the run; that of rank 0 is written
+    real(rp), intent(in), contiguous :: global(:)     !! state of the run; the values of rank 0 are
+                                                      !! written
     type(notes_t), intent(in) :: notes
     type(error_t), intent(inout) :: error
     type(h5file_t) :: file

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Results folder, which belongs to one run at a time and has the results of one run.
+!> Results folder, which belongs to one run at a time and holds the results of one run.
 !>
 !> NAME_run.txt identifies the run and is locked while it is in progress; the kernel releases the
 !> lock when the process ends. Results of another run are moved to previous_1, previous_2, ...
@@ -20,7 +20,8 @@ module io_folder
 
   public :: take_folder, clear_folder
 
-  real(rp), parameter :: lock_timeout = 5.0_rp  !! wait for a run that is ending [s]
+  real(rp), parameter :: lock_timeout = 5.0_rp  !! longest wait for the lock of a run that is ending
+                                                !! [s]
   character(*), parameter :: nl = new_line('a'), run_file = '_run.txt'
   character(*), parameter :: endings(13) = [character(24) :: '_history.csv', '_probes.csv', &
     '_errors.csv', '_tracers.csv', '.hdf.series', '_tools.hdf.series', '_checkpoint.h5', &
@@ -35,7 +36,8 @@ contains
     type(world_t), intent(in) :: world
     character(*), intent(in) :: directory, name
     character(:), allocatable, intent(out) :: note   !! message for the user; '' if none
-    logical, intent(out) :: is_taken                 !! the error is a lock of another run
+    logical, intent(out) :: is_taken                 !! the error is that another run has locked the
+                                                     !! folder
     type(error_t), intent(inout) :: error
     character(:), allocatable :: path
     integer :: status
@@ -84,7 +86,7 @@ contains
     note = ''
     goes_on = world%is_root() .and. restart /= ''
     if (goes_on) goes_on = line_of(place//name//run_file, 'run') == run
-    if (world%all_true(.not. goes_on)) then           ! a new identifier
+    if (world%all_true(.not. goes_on)) then           ! give the run a new identifier
       digits = ''
       if (world%is_root()) write (digits, '(z16.16)') random_number64()
       call world%share_message(trim(digits), run)

@@ -97,7 +97,7 @@ contains
     character(*), intent(in) :: path
     real(rp), intent(in) :: time             !! [s]
     integer, intent(in) :: step
-    real(rp), intent(in) :: cell(3)          !! [m]
+    real(rp), intent(in) :: cell(3)          !! edges of a cell [m]
     character(*), intent(in) :: names(:)     !! names of the bodies
     real(sp), intent(in), contiguous :: x(:, :), temperature(:)   !! (3, n) [m]; (n) [K]
     integer, intent(in), contiguous :: body(:)
@@ -120,7 +120,7 @@ contains
     real(rp), intent(in) :: time, cell(3)
     integer, intent(in) :: step
     real(rp), intent(in), contiguous :: spacing(:)
-    real(sp), intent(in), contiguous :: x(:, :)   !! (3, n) [m]
+    real(sp), intent(in), contiguous :: x(:, :)   !! (3, n) positions [m]
     type(error_t), intent(in) :: error
     integer :: i
 
@@ -256,8 +256,8 @@ contains
   subroutine write_series(world, directory, name, times, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: directory, name
-    real(rp), intent(in) :: times(:)   !! times of all frames from number 0, also
-                                       !! of those in other folders [s]
+    real(rp), intent(in) :: times(:)   !! times of all frames from number 0, also of frames in other
+                                       !! folders [s]
     type(error_t), intent(inout) :: error
     character(:), allocatable :: path, text
     character(24) :: digits
@@ -273,7 +273,7 @@ contains
         inquire (file=trim(directory)//'/'//frame_name(name, k - 1), exist=is_there)
         if (.not. is_there) cycle
         if (used > 0) call add(',')
-        write (digits, '(es23.15e3)') times(k)     ! enough to tell all doubles apart
+        write (digits, '(es23.15e3)') times(k)     ! enough digits to distinguish all doubles
         call add(nl//'    {"name": "'//frame_name(name, k - 1)//'", "time": '// &
                  trim(adjustl(digits))//'}')
       end do
@@ -302,7 +302,7 @@ contains
     character(*), intent(in) :: path, kind, names(:)
     real(rp), intent(in) :: time                        !! [s]
     integer, intent(in) :: step, cell                   !! cell: type of VTK
-    real(sp), intent(in), contiguous :: x(:, :)         !! (3, n) [m]
+    real(sp), intent(in), contiguous :: x(:, :)         !! (3, n) positions [m]
     integer(i8), intent(in), contiguous :: corner(:, :)  !! (corners, m) points of a cell, from 0
     type(error_t), intent(in) :: error
     integer(i8) :: k, m
@@ -341,7 +341,8 @@ contains
     if (unit /= '1') call note(file, 'unit of '//field//': '//unit, 1)
   end subroutine describe
 
-  !> Write a number with its name. Slashes separate groups in HDF5.
+  !> Write a number as field data whose name is the metadata text `name`. As slashes separate groups
+  !> in HDF5, ` per ` replaces them.
   subroutine note(file, name, value)
     type(h5file_t), intent(inout) :: file
     character(*), intent(in) :: name

@@ -31,8 +31,8 @@ module io_h5_data
   type :: dataset_t
     integer(hid_t) :: id = -1_hid_t, type = -1_hid_t
     integer :: bytes = 1                 !! size of an element [bytes]
-    logical :: packed = .false.          !! a new dataset is compressed
-    integer(i8), allocatable :: dims(:)  !! shape of an existing one; no entries for a scalar
+    logical :: packed = .false.          !! compress a new dataset
+    integer(i8), allocatable :: dims(:)  !! shape of an existing dataset; no entries for a scalar
   end type dataset_t
 
   !> write_array(file, name, a): write the columns of all ranks.
@@ -145,7 +145,7 @@ contains
 
     if (file%error%is_set()) return
     r = size(dims)
-    mine = max(0_i8, dims)   ! as in put_columns
+    mine = max(0_i8, dims)   ! gfortran has negative extents of empty arrays of assumed rank
     call open_dataset(file, name, kind, dataset, status)
     fits = size(dataset%dims) == r
     if (fits) fits = all(dataset%dims(:r - 1) == mine(:r - 1)) .and. first >= 0 &

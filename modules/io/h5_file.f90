@@ -36,12 +36,13 @@ module io_h5_file
   !> An open file. A new file is named path.tmp until `close`.
   type :: h5file_t
     type(world_t) :: world
-    type(error_t) :: error                 !! the same on all ranks
-    integer(hid_t) :: id = -1_hid_t, transfer = -1_hid_t   !! file, properties of its transfers
-    logical :: is_new = .false.            !! to be written, not read
+    type(error_t) :: error                 !! first error, the same on all ranks
+    integer(hid_t) :: id = -1_hid_t, transfer = -1_hid_t   !! identifiers of the file and of its
+                                                           !! transfer properties
+    logical :: is_new = .false.            !! the file is to be written, not read
     logical :: packed = .false.            !! compress larger arrays
     integer(i8) :: bytes = 0               !! size of an existing file
-    logical, private :: sealed = .false.   !! seal it, and keep the previous file
+    logical, private :: sealed = .false.   !! the file has a seal, and the previous file is kept
     character(:), allocatable, private :: path
   contains
     procedure :: create, open => open_old, flush => flush_file, close => close_file, group, verify
@@ -84,7 +85,7 @@ contains
     if (present(sealed)) self%sealed = sealed
     if (error%is_set()) return
     self%path = trim(path)
-    if (world%is_root()) call remove_file(self%path//'.tmp')   ! a link?
+    if (world%is_root()) call remove_file(self%path//'.tmp')   ! the path may be a link
     call world%barrier()
     call open_parallel(self, self%path//'.tmp', 'cannot be created')
   end subroutine create
@@ -110,7 +111,7 @@ contains
     call open_parallel(self, self%path, 'is not an HDF5 file, or it is damaged or cut short')
   end subroutine open_old
 
-  !> Create or open a file on all ranks, without error messages of HDF5. A sealed file has room for
+  !> Create or open a file on all ranks, without error messages of HDF5. A sealed file has space for
   !> the seal at its beginning.
   subroutine open_parallel(self, path, problem)
     class(h5file_t), intent(inout) :: self

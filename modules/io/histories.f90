@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Tables of values over time as CSV files, written by rank 0 and continued after a restart.
-!>
-!> One row of a table, filled by columns with name, unit and value.
+!> Tables of values over time as CSV files, written by rank 0 and continued after a restart. A row
+!> of a table is filled by columns with name, unit and value.
 module io_histories
   use base_errors, only: error_t, fatal
   use base_files, only: free_name, reason_of, text_file_t, write_whole
@@ -135,7 +134,7 @@ contains
     text = text//kept(:used)
   end subroutine keep_rows
 
-  !> Move a table with other rows than those of this run aside, with a warning.
+  !> Rename a table with other rows than those of this run, with a warning.
   subroutine tell_apart(path, is_there, found, rows, last_time)
     character(*), intent(in) :: path
     logical, intent(in) :: is_there

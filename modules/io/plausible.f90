@@ -15,13 +15,14 @@ module io_plausible
   real(rp), parameter, public :: most = 1.0e30_rp    !! bound of any quantity, in SI units
   real(rp), parameter, public :: least = 1.0e-30_rp  !! bound of positive quantities
   real(rp), parameter, public :: speed_of_light = 3.0e8_rp   !! bound of velocities [m/s]
-  real(rp), parameter, public :: counts = 2.0_rp**53   !! bound of counts: reals are exact up to it
+  real(rp), parameter, public :: counts = 2.0_rp**53   !! bound of counts, up to which reals are
+                                                       !! exact
 
   !> Numbers of a data set, which are written or read and checked one after the other.
   type :: numbers_t
     character(:), allocatable :: place       !! file and data set
     real(rp), allocatable :: value(:)
-    logical :: is_read = .true.              !! else written
+    logical :: is_read = .true.              !! numbers are read, otherwise written
     integer :: n = 0                         !! numbers expected so far
     type(error_t) :: error
   contains
@@ -71,7 +72,7 @@ contains
     end if
   end subroutine pass
 
-  !> The same for a single number.
+  !> Pass a single number with its range.
   subroutine pass_real(self, x, what, low, high)
     class(numbers_t), intent(inout) :: self
     real(rp), intent(inout) :: x
@@ -84,7 +85,7 @@ contains
     x = value(1)
   end subroutine pass_real
 
-  !> The same for an integer.
+  !> Pass an integer as a number with its range.
   subroutine pass_integer(self, x, what, low, high)
     class(numbers_t), intent(inout) :: self
     integer, intent(inout) :: x
@@ -97,7 +98,7 @@ contains
     x = nint(value)
   end subroutine pass_integer
 
-  !> The same for a count.
+  !> Pass a count as a number with its range.
   subroutine pass_long(self, x, what, low, high)
     class(numbers_t), intent(inout) :: self
     integer(i8), intent(inout) :: x
@@ -110,7 +111,7 @@ contains
     x = nint(value, i8)
   end subroutine pass_long
 
-  !> The same for the state of a heat sink (tools_heat_sink); no numbers if there is none.
+  !> Pass the state of a heat sink (tools_heat_sink); no numbers if there is none.
   subroutine pass_sink(self, state)
     class(numbers_t), intent(inout) :: self
     real(rp), intent(inout) :: state(:)
@@ -128,7 +129,7 @@ contains
     has_set = self%is_read .and. .not. self%error%is_set() .and. self%n <= size(self%value)
   end function has_set
 
-  !> Check that there are as many numbers as expected; errors of a range mean nothing otherwise.
+  !> Check that there are as many numbers as expected; otherwise errors of a range mean nothing.
   subroutine finish(self)
     class(numbers_t), intent(inout) :: self
 

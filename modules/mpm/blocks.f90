@@ -28,8 +28,8 @@ module mpm_blocks
             momentum_records, move_rigid, set_rigid_velocities, start_rigid, stretch_domains, &
             weights_of
 
-  ! Limits of the half length of a particle domain [cells]: within the reach of the stencil, and not
-  ! degenerate.
+  ! Limits of the half length of a particle domain [cells]: the domain stays within the reach of the
+  ! stencil and does not degenerate.
   real(rp), parameter, public :: max_half = 0.5_rp, min_half = 0.05_rp
 
 contains
@@ -70,7 +70,7 @@ contains
     end if
   end subroutine weights_of
 
-  !> First nodes of the stencils only, which is much cheaper.
+  !> First nodes of the stencils without the weights, which takes much less time.
   pure subroutine corners_of(scene, nodes, nf, ps, first)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
@@ -91,7 +91,7 @@ contains
 
   !> Records of mass, momentum, internal and external force, and temperature times inertial mass.
   pure subroutine force_records(inertia, volume, acceleration, mass, v, tau, temp, rec)
-    real(rp), intent(in) :: inertia              !! mass scaling
+    real(rp), intent(in) :: inertia              !! mass scaling factor [-]
     real(rp), intent(in) :: volume               !! initial volume over mass [m3/kg]
     real(rp), intent(in) :: acceleration(3)      !! gravity and body load [m/s2]
     real(rp), intent(in) :: mass(nlane), v(nlane, 3), tau(nlane, 6), temp(nlane)
@@ -193,14 +193,14 @@ contains
     s = vg(:, 1)**2 + vg(:, 2)**2 + vg(:, 3)**2
     !$omp simd reduction(max: max_speed2)
     do p = 1, n
-      ! NaN counts as huge
+      ! NaN counts as the largest speed
       max_speed2 = max(max_speed2, merge(s(p), huge(1.0_rp), s(p) <= huge(1.0_rp)))
     end do
   end subroutine advance_particles
 
   !> Stretch the domains of cpGIMP along the axes: l' = l exp(dt L_aa), within limits.
   pure subroutine stretch_domains(dt, l, half)
-    real(rp), intent(in) :: dt, l(nlane, 9)      !! [s], velocity gradient [1/s]
+    real(rp), intent(in) :: dt, l(nlane, 9)      !! time step [s], velocity gradient [1/s]
     real(rp), intent(inout) :: half(nlane, 3)    !! half lengths of the domains [cells]
     integer :: a, p
 
@@ -253,7 +253,7 @@ contains
   end subroutine affine_to_grid
 
   !> Gather the affine gradient C = sum w v_i (x_i - x_p)^T D^-1 with D = sum w (x_i - x_p)(x_i -
-  !> x_p)^T, which is diagonal. First moments add up to zero as slopes do, whose place they take.
+  !> x_p)^T, which is diagonal. First moments take the place of the slopes, as both add up to zero.
   subroutine gather_gradient(nodes, n, x, w, first, g, rec, c)
     type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: n, first(nlane)
@@ -275,7 +275,7 @@ contains
     type(clock_t), intent(in) :: clock
     type(tool_t), intent(in) :: tool(:)
     type(nodes_t), intent(in) :: nodes
-    real(rp), intent(in) :: dt                 !! [s]
+    real(rp), intent(in) :: dt                 !! time step [s]
     real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
     type(rigid_t) :: rigid
     integer :: i, k, r

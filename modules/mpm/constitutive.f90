@@ -20,8 +20,8 @@ module mpm_constitutive
 
 contains
 
-  !> F-bar. Relax the volume ratios towards the mean of each particle's cell and update the stress,
-  !> with which the work of the coming strain begins; record the energy of the change.
+  !> F-bar: relax the volume ratios towards the mean of each particle's cell and update the stress
+  !> from them, before the stress does the work of the next strain; record the energy of the change.
   subroutine average_volume(sim, body, n, w, first, nf, ps)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: body, n, first(nlane), nf
@@ -72,9 +72,9 @@ contains
     sim%budget%sums(e_body) = sim%budget%sums(e_body) + body_work(n, dt, a, mass, v, dv)
   end subroutine external_work
 
-  !> Update the stress over `dt`. The law uses the particle's own temperature: the nodal one, a mean
-  !> over neighbours of different strain, was off by 8 % of the rise at single particles of a
-  !> squeezed cube.
+  !> Update the stress over `dt`. The flow law uses the particle's own temperature: the nodal
+  !> temperature, a mean over neighbours of different strain, was off by 8 % of the rise at single
+  !> particles of a squeezed cube.
   subroutine constitutive(sim, body, n, dt, l, nf, ps, outcome)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: body, n, nf
@@ -83,7 +83,7 @@ contains
     type(outcome_t), intent(inout) :: outcome
     type(stress_sums_t) :: sums
     real(rp) :: temp(nlane)
-    real(rp), allocatable :: factor(:)   !! on squared wave speeds, with cpGIMP only
+    real(rp), allocatable :: factor(:)   !! factors on squared wave speeds, with cpGIMP only
 
     temp = ps(:, f_temp)
     associate (half => sim%scene%layout%half)
@@ -100,7 +100,7 @@ contains
     if (any(sums%warnings > 0)) call count_warnings(sim, body, sums, nf, ps)
   end subroutine constitutive
 
-  !> Count particles outside the validity range of a flow law, and keep the first place.
+  !> Count particles outside the validity range of a flow law, and store the first occurrence.
   subroutine count_warnings(sim, body, sums, nf, ps)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: body, nf

@@ -71,7 +71,7 @@ contains
   !> spans of a graded axis, as those of its B-splines are.
   pure subroutine scale_by_spans(patch, a, first, w)
     type(patch_t), intent(in) :: patch
-    integer, intent(in) :: a, first              !! first of 27 nodes
+    integer, intent(in) :: a, first              !! node index of the first of 27 nodes
     real(rp), intent(inout) :: w(3)
 
     if (.not. patch%grading(a)%is_graded) return
@@ -83,8 +83,8 @@ contains
   !> Offset of `x` on axis `a` from the middle one of three nodes [cells].
   pure real(rp) function place_on_axis(nodes, a, x, first) result(d)
     type(nodes_t), intent(in) :: nodes
-    integer, intent(in) :: a, first              !! first of 27 nodes
-    real(rp), intent(in) :: x(3)                 !! [m]
+    integer, intent(in) :: a, first              !! node index of the first of 27 nodes
+    real(rp), intent(in) :: x(3)                 !! position [m]
 
     associate (patch => nodes%patch)
       d = (x(a) - patch%origin(a))/patch%h(a) - middle(patch, a, first)
@@ -96,9 +96,9 @@ contains
   !> Index on axis `a`, from 0, of the middle one of the three nodes.
   pure integer function middle(patch, a, first)
     type(patch_t), intent(in) :: patch
-    integer, intent(in) :: a, first              !! first of 27 nodes
+    integer, intent(in) :: a, first              !! node index of the first of 27 nodes
 
-    middle = first - 1                           ! storage: z fastest, then y
+    middle = first - 1                           ! storage order: z fastest, then y
     if (a > 1) middle = mod(middle, patch%stride(1))
     if (a > 2) middle = mod(middle, patch%stride(2))
     middle = middle/patch%stride(a) + 1

@@ -39,8 +39,9 @@ contains
   !> step: min(1, K rate dt/flow stress) where metal flows.
   pure function averaging_fraction(averaging, bulk, dt, rate, flow) result(share)
     integer, intent(in) :: averaging                       !! average_* of the body
-    real(rp), intent(in) :: bulk, dt                       !! K [Pa], last step [s]
-    real(rp), intent(in) :: rate(nlane), flow(nlane)       !! [1/s], [Pa]
+    real(rp), intent(in) :: bulk, dt                       !! K [Pa], length of the last step [s]
+    real(rp), intent(in) :: rate(nlane), flow(nlane)       !! plastic strain rate [1/s], flow stress
+                                                           !! [Pa]
     real(rp) :: share(nlane)
     integer :: p
 
@@ -59,7 +60,7 @@ contains
   pure subroutine add_volume(averaging, bulk, dt, body, n, w, first, stride, nf, ps, rows, nn, &
                              volume)
     integer, intent(in) :: averaging, body, n, first(nlane), stride(3), nf, rows, nn
-    real(rp), intent(in) :: bulk, dt                       !! K [Pa], last step [s]
+    real(rp), intent(in) :: bulk, dt                       !! K [Pa], length of the last step [s]
     real(rp), intent(in) :: w(nlane, 18), ps(nlane, nf)
     real(rp), intent(inout) :: volume(rows, nn)
     real(rp) :: mass(nlane)
@@ -89,7 +90,7 @@ contains
     end do
   end function cells_of
 
-  !> Sum over the ranks.
+  !> Sum the masses and volumes of the cells over the ranks.
   subroutine sum_volume(world, scene, nodes)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -103,7 +104,7 @@ contains
   pure subroutine relax_volume(averaging, bulk, dt, body, n, w, first, stride, rows, nn, volume, &
                               nf, ps)
     integer, intent(in) :: averaging, body, n, first(nlane), stride(3), rows, nn, nf
-    real(rp), intent(in) :: bulk, dt                       !! K [Pa], last step [s]
+    real(rp), intent(in) :: bulk, dt                       !! K [Pa], length of the last step [s]
     real(rp), intent(in) :: w(nlane, 18), volume(rows, nn)
     real(rp), intent(inout) :: ps(nlane, nf)
     real(rp) :: share(nlane)

@@ -19,8 +19,8 @@ module mpm_prescribed
 
 contains
 
-  !> Set undeformed particles on the lattice to the state of their field at t = 0; the velocity of
-  !> the field is added to theirs.
+  !> Set undeformed particles on the lattice to the state of the field of their body at t = 0; the
+  !> velocity of the field is added to that of the particles.
   subroutine start_fields(scene, particles)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(inout) :: particles
@@ -63,8 +63,8 @@ contains
   subroutine elastic_state(material, n, f, temp, bbar, jac, tau)
     type(material_t), intent(in) :: material
     integer, intent(in) :: n
-    real(rp), intent(in) :: f(nlane, 9)            !! row by row
-    real(rp), intent(in) :: temp(nlane)            !! [K]
+    real(rp), intent(in) :: f(nlane, 9)            !! F row by row
+    real(rp), intent(in) :: temp(nlane)            !! temperatures [K]
     real(rp), intent(out) :: bbar(nlane, 6), jac(nlane)
     real(rp), intent(out) :: tau(nlane, 6)         !! Kirchhoff stress [Pa]
     real(rp) :: unused
@@ -121,8 +121,8 @@ contains
 
   !> Velocity gradient L from dF/dt = L F.
   pure subroutine velocity_gradient(f, rate, l)
-    real(rp), intent(in) :: f(nlane, 9), rate(nlane, 9)   !! F, dF/dt row by row [1, 1/s]
-    real(rp), intent(out) :: l(nlane, 9)                  !! [1/s]
+    real(rp), intent(in) :: f(nlane, 9), rate(nlane, 9)   !! F [-] and dF/dt [1/s], row by row
+    real(rp), intent(out) :: l(nlane, 9)                  !! velocity gradient, row by row [1/s]
     real(rp) :: a(3, 3), inverse(3, 3)
     integer :: p
 
@@ -168,7 +168,8 @@ contains
     end do
   end subroutine add_prescribed_force
 
-  !> Record the work of that force in a step, with the mean grid velocity `v` - `dv`/2.
+  !> Record the work of the prescribed body force in a step, with the mean grid velocity `v` -
+  !> `dv`/2.
   subroutine prescribed_work(sim, body, n, dt, v, dv, nf, ps)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: body, n, nf

@@ -18,21 +18,22 @@ module mpm_stability
   public :: default_cfl, domain_factor, stable_step, wave_speed
 
   real(rp), parameter :: margin = 0.9_rp             !! safety factor for nodes lighter than those
-                                                     !! measured
+                                                     !! in the measurements
   real(rp), parameter :: margin_selective = 0.95_rp  !! safety factor with a lower bound of the
                                                      !! nodal inertia
   real(rp), parameter :: limit_ugimp = 0.473_rp, limit_bspline = 0.632_rp
   !> Limit of B-splines with selective mass scaling (simulation_nodes). With uGIMP and 0.62 a
   !> stirred plate gained energy.
   real(rp), parameter :: limit_selective = 0.842_rp
-  real(rp), parameter :: apic_gain = 1.12_rp       !! from a limit of 0.531 measured with uGIMP
-  !> Half length of a domain [cells] below which the limit of uGIMP falls with its root: a node that
-  !> a face of a lattice enters has the squared frequency c^2/(l h^2). Blocks with 4, 5, 6 and 8
-  !> particles along an axis of a cell are stable at 0.473, 0.438, 0.374 and 0.346, and not at steps
-  !> longer by 8 %.
+  real(rp), parameter :: apic_gain = 1.12_rp       !! factor of APIC, from a limit of 0.531 measured
+                                                   !! with uGIMP
+  !> Half length of a domain [cells] below which the limit of uGIMP falls with the square root of
+  !> the half length: a node that a face of a lattice enters has the squared frequency c^2/(l h^2).
+  !> Blocks with 4, 5, 6 and 8 particles along an axis of a cell are stable at 0.473, 0.438, 0.374
+  !> and 0.346, and not at steps longer by 8 %.
   real(rp), parameter :: short_domain = 0.125_rp
-  !> Exponent of the filter order: from limits of 0.376 and 0.531 at order 2, 0.282 and 0.398 at
-  !> order 4.
+  !> Exponent of the filter order: from limits of 0.376 and 0.531 at order 2, and of 0.282 and 0.398
+  !> at order 4.
   real(rp), parameter :: filter_power = -0.37_rp
   !> Factor for one particle per cell, which leaves modes free that more particles would constrain:
   !> with B-splines the limit is 0.570 instead of 0.665 at Poisson's ratio 0.33, and 0.616 instead
@@ -40,9 +41,9 @@ module mpm_stability
   !> uGIMP with two.
   real(rp), parameter :: sparse_factor = 0.857_rp
   !> Poisson's ratio above which volumetric modes limit the step. Their stiffness is 3 K instead of
-  !> the modulus of pressure waves K + 4 G/3: (K + 4 G/3)/K = 3 (1 - nu)/(1 + nu), in terms of
-  !> squares. uGIMP loses twice as much: at 0.45 with four particles along each axis blocks are
-  !> stable at 0.340 and unstable at 0.378.
+  !> the modulus of pressure waves K + 4 G/3, and the squared step is reduced by the ratio (K + 4
+  !> G/3)/K = 3 (1 - nu)/(1 + nu). uGIMP loses twice as much: at 0.45 with four particles along each
+  !> axis blocks are stable at 0.340 and unstable at 0.378.
   real(rp), parameter :: volumetric_from = 0.35_rp
   !> Factor for body contact with MUSL or USAVG: contact adds energy in proportion to the step,
   !> which only USL dissipates.
@@ -57,7 +58,7 @@ contains
   !> [cells], at least 1 (docs/method.md, time step).
   pure function domain_factor(h, half) result(factor)
     real(rp), intent(in) :: h(3)          !! edges of a cell [m]
-    real(rp), intent(in) :: half(:, :)    !! (particles, 3) along x, y and z
+    real(rp), intent(in) :: half(:, :)    !! half lengths along x, y and z, (particles, 3) [cells]
     real(rp) :: factor(size(half, 1)), ratio(size(half, 1), 3)
     integer :: a
 
@@ -73,8 +74,8 @@ contains
     type(method_t), intent(in) :: method
     logical, intent(in) :: has_contact             !! contact between bodies
     logical, intent(in) :: is_sparse               !! one particle per cell
-    real(rp), intent(in) :: shortest               !! half length of a domain of constant size
-                                                   !! [cells with the shortest edge]
+    real(rp), intent(in) :: shortest               !! shortest half length of a domain of constant
+                                                   !! size [shortest cell edge]
     real(rp), intent(in) :: poisson                !! largest Poisson's ratio of the scene
 
     default_cfl = limit_ugimp*sqrt(min(1.0_rp, shortest/short_domain))
@@ -89,7 +90,7 @@ contains
       default_cfl = apic_gain*default_cfl
     case (transfer_fmpm, transfer_xpic)
       default_cfl = default_cfl*real(max(1, method%order), rp)**filter_power
-    case default                               ! FLIP: the limit of the shape functions
+    case default                               ! FLIP has the limit of the shape functions
     end select
     default_cfl = merge(margin_selective, margin, method%scales_light_nodes)*default_cfl
     if (has_contact .and. method%scheme /= scheme_usl) default_cfl = contact_factor*default_cfl

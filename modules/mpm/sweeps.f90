@@ -45,7 +45,7 @@ contains
     end do
   end subroutine blocks_to_grid
 
-  !> Map one block of particles.
+  !> Map mass, momentum, force and temperature of one block to the grid `g`.
   subroutine force_to_grid(sim, body, n, nf, ps, rec, g)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: body, n, nf
@@ -90,7 +90,7 @@ contains
     end do
   end subroutine momentum_to_grid
 
-  !> Map one block of particles; with `g_motion`, take their new velocities from it first.
+  !> Map mass and momentum of one block; with `g_motion`, take the new velocities from it first.
   subroutine map_momentum(sim, body, n, nf, ps, rec, g, g_motion)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: body, n, nf
@@ -204,8 +204,8 @@ contains
     end associate
   end subroutine advance_block
 
-  !> MUSL, USAVG: move particles, whose velocities are new already, with `g_motion`; return its
-  !> velocity `v` and change `dv` at them, and the gradient `l` of `g_strain`.
+  !> MUSL, USAVG: move particles, whose velocities were updated before, with `g_motion`; return the
+  !> velocity `v` and its change `dv` at the particles, and the velocity gradient `l` of `g_strain`.
   subroutine move_block(sim, body, n, dt, g_motion, g_strain, nf, ps, w, first, v, dv, l, speed2)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: body, n, nf

@@ -32,8 +32,8 @@ contains
     end do
   end subroutine tractions_to_grid
 
-  !> Record the work of all tractions in a step. Nodes hold the new velocities and their changes,
-  !> particles are still where the forces were added.
+  !> Record the work of all tractions in a step. Nodes hold the new velocities and their changes;
+  !> particles have not moved since the forces were added.
   subroutine record_traction_work(sim, dt, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn, sim%nodes%n_groups)

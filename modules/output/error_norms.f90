@@ -14,9 +14,9 @@ module output_error_norms
 
   public :: has_fields, error_headings, error_row
 
-  ! Sums per body: mass, and mass times the squared errors of position, velocity, stress, the
-  ! squared exact stress and the squared error of temperature. Maxima: errors of position and
-  ! temperature.
+  ! Sums of a body: mass, and mass times the squared errors of position, velocity and stress, the
+  ! squared exact stress and the squared error of temperature. Maxima of a body: errors of position
+  ! and temperature.
   integer, parameter :: n_sums = 6, n_maxima = 2
 
 contains

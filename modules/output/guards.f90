@@ -20,15 +20,17 @@ module output_guards
 
   public :: guards_t, melt_sample_t, melting_t
 
-  real(rp), parameter :: warned_error = 0.01_rp   !! balance error over exchanged energy that warns
-  real(rp), parameter :: largest_error = 0.1_rp   !! the same that ends the run
-  !> Fraction of bulk modulus times volume below which an energy is rounding: elastic energies are
-  !> differences of terms of that size.
+  real(rp), parameter :: warned_error = 0.01_rp   !! balance error over exchanged energy that causes
+                                                  !! a warning
+  real(rp), parameter :: largest_error = 0.1_rp   !! balance error over exchanged energy that ends
+                                                  !! the run
+  !> Energy error over bulk modulus times volume that is rounding: elastic energies are differences
+  !> of terms of that size.
   real(rp), parameter :: rounding = 1.0e-12_rp
   real(rp), parameter :: largest_melt_ratio = 1.15_rp   !! temperature over melting temperature
   real(rp), parameter :: torque_slack = 1.01_rp   !! tolerance of sums over nodes
 
-  !> State from previous rows.
+  !> State of the checks, from previous rows of the history.
   type :: guards_t
     private
     real(rp) :: balanced_until = 0.0_rp      !! time of the last row with a closed balance [s]
@@ -49,7 +51,7 @@ module output_guards
 
   !> Molten mass and hottest particle or cell of one rank.
   type :: melt_sample_t
-    real(rp) :: melted = 0.0_rp, mass = 0.0_rp        !! [kg]
+    real(rp) :: melted = 0.0_rp, mass = 0.0_rp        !! molten mass, mass [kg]
     real(rp) :: over = -huge(1.0_rp), temp = 0.0_rp   !! largest excess over the melting
                                                       !! temperature, and temperature there [K]
     real(rp) :: x(3) = 0.0_rp                         !! position of the largest excess [m]
@@ -126,9 +128,9 @@ contains
     stiffness = sums(1)
   end function stiffness
 
-  !> Check for metal far above its melting temperature. Metal without strength dissipates no
-  !> friction or plastic work, so that only heat sources, hot surroundings or the initial state can
-  !> do this.
+  !> Check for metal far above its melting temperature. Molten metal dissipates no friction or
+  !> plastic work, so that only heat sources, hot surroundings or the initial state can heat it
+  !> there.
   subroutine check_melting(self, columns, melt_ratio, reason)
     type(guards_t), intent(inout) :: self
     type(row_t), intent(in) :: columns
@@ -204,8 +206,8 @@ contains
     call self%update(sim%world, sim%scene, sample, sim%clock%time)
   end subroutine check_particles
 
-  !> Collective. Update the maxima; the first time any metal is above its melting temperature warn
-  !> with the hottest position.
+  !> Collective. Update the maxima, and warn with the hottest position when metal is above its
+  !> melting temperature for the first time.
   subroutine update(self, world, scene, sample, time)
     class(melting_t), intent(inout) :: self
     type(world_t), intent(in) :: world

@@ -33,8 +33,9 @@ module output_history
     real(rp) :: layer_thickness = 0.0_rp     !! [m]
     real(rp) :: layer_slip = 0.0_rp          !! slip taken up by shear of the layer [m/s]
     real(rp) :: sliding = 0.0_rp             !! remaining slip at the face [m/s]
-    real(rp) :: layer_velocity = 0.0_rp  !! velocity of the layer relative to its particles [m/s]
-    real(rp) :: stick_share = 0.0_rp         !! 1 - sliding/tool speed
+    real(rp) :: layer_velocity = 0.0_rp  !! mean velocity of the layer relative to its particles
+                                         !! [m/s]
+    real(rp) :: stick_share = 0.0_rp         !! 1 - sliding speed/tool speed
     real(rp) :: layer_heat_share = 0.0_rp    !! share of the layer's work in the friction heat
   end type face_means_t
 
@@ -76,7 +77,7 @@ contains
     real(rp) :: per_second
     integer :: i, k
 
-    per_second = 0.0_rp                        ! in the first row
+    per_second = 0.0_rp                        ! 0 in the first row
     if (sim%clock%time > sim%history%row_time) per_second = 1.0_rp/(sim%clock%time &
       - sim%history%row_time)
     call add_common(sim, totals, row)
@@ -148,11 +149,12 @@ contains
   end subroutine add_common
 
   !> Add the columns of a tool: means of force, torque, powers and speeds since the last row, the
-  !> share of its friction in the heat of friction and plastic work since then (0 without such
-  !> heat), and its current pose.
+  !> share of its friction in the heat of friction and plastic work since the last row (0 without
+  !> such heat), and its current pose.
   subroutine add_tool(tool, d, per_second, row)
     type(tool_t), intent(in) :: tool
-    real(rp), intent(in) :: d(n_tool_sums)       !! increase of its sums since the last row
+    real(rp), intent(in) :: d(n_tool_sums)       !! increase of the sums of the tool since the last
+                                                 !! row
     real(rp), intent(in) :: per_second           !! 1 over the time since the last row [1/s]
     type(row_t), intent(inout) :: row
     character(:), allocatable :: name
@@ -237,7 +239,8 @@ contains
   !> with it, by shear or as a whole.
   subroutine add_face(name, d, per_second, max_temperature, row)
     character(*), intent(in) :: name
-    real(rp), intent(in) :: d(n_tool_sums)       !! increase of its sums since the last row
+    real(rp), intent(in) :: d(n_tool_sums)       !! increase of the sums of the tool since the last
+                                                 !! row
     real(rp), intent(in) :: per_second           !! 1 over the time since the last row [1/s]
     real(rp), intent(in) :: max_temperature      !! current maximum temperature of the face [K]
     type(row_t), intent(inout) :: row

@@ -135,7 +135,7 @@ contains
     end do
   end subroutine add_micro_columns
 
-  !> Means of zero, of the size for a scene.
+  !> Means of zero, with the array sizes of a scene.
   type(micro_means_t) function zero_means(scene) result(means)
     type(scene_t), intent(in) :: scene
     type(outputs_t) :: outputs
@@ -182,8 +182,8 @@ contains
     means%minimum = -minimum
   end subroutine microstructure_means
 
-  !> Collective. Message on warning `k` of the flow laws: how often on all ranks, and one position;
-  !> '' if there was none.
+  !> Collective. Message on warning `k` of the flow laws: its number of occurrences on all ranks,
+  !> and the position of one; '' if there was none.
   subroutine warning_message(sim, k, message)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: k

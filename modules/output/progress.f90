@@ -22,11 +22,12 @@ module output_progress
 
   integer, parameter :: max_samples = 64      !! number of samples kept
   real(rp), parameter :: spacing = 0.5_rp     !! initial interval of samples [s]
-  real(rp), parameter :: redraw_interval = 1.0_rp  !! interval of the line in a terminal window [s]
+  real(rp), parameter :: redraw_interval = 1.0_rp  !! shortest interval between redrawing the line
+                                                   !! in a terminal window [s]
 
-  !> Samples of the completed share, and when to show it.
+  !> Samples of the completed share of a run, and the state of the progress line.
   type :: time_left_t
-    real(rp) :: interval = 0.0_rp             !! between two lines in a log file [s]
+    real(rp) :: interval = 0.0_rp             !! interval of lines in a log file [s]
     logical :: is_asked = .false.             !! the interval is given in the input, and constant
     real(rp), private :: at(max_samples) = 0.0_rp  !! wall-clock times of samples since start [s]
     real(rp), private :: share(max_samples) = 0.0_rp  !! completed share of the run at the samples
@@ -43,8 +44,8 @@ module output_progress
     real(rp) :: started = 0.0_rp        !! wall-clock time at the start [s]
     real(rp) :: cpu_started = 0.0_rp    !! processor time of this rank at the start [s]
     integer(i8) :: first_step = 0
-    integer(i8) :: particles = 0        !! on all ranks; 0: none, with heat alone
-    real(rp), private :: first_time = 0.0_rp    !! [s]
+    integer(i8) :: particles = 0        !! particles of all ranks; 0 in a heat-only run
+    real(rp), private :: first_time = 0.0_rp    !! simulated time at the start [s]
     type(time_left_t), private :: left
   contains
     procedure :: init, show_line, write_summary
@@ -124,7 +125,7 @@ contains
   function json(self, sim, wall, steps, all, others) result(text)
     type(progress_t), intent(in) :: self
     type(simulation_t), intent(in) :: sim
-    real(rp), intent(in) :: wall                  !! [s]
+    real(rp), intent(in) :: wall                  !! wall-clock time of the run [s]
     real(rp), intent(in) :: steps                 !! particle-steps
     real(rp), intent(in) :: all(n_phases + 6)     !! sums over ranks, as in `write_summary`
     character(*), intent(in) :: others
@@ -183,7 +184,7 @@ contains
   !> Start the clock of the run or of its resumed part.
   subroutine start_samples(self, interval, is_asked)
     class(time_left_t), intent(out) :: self
-    real(rp), intent(in) :: interval          !! between two lines in a log file [s]
+    real(rp), intent(in) :: interval          !! interval of lines in a log file [s]
     logical, intent(in) :: is_asked
 
     self%interval = interval

@@ -21,9 +21,9 @@ module output_totals
 
   !> Current energies and extremes of the particles.
   type :: energies_t
-    real(rp) :: kinetic = 0.0_rp             !! with scaled mass [J]
-    real(rp) :: elastic = 0.0_rp             !! [J]
-    real(rp) :: heat = 0.0_rp                !! [J]
+    real(rp) :: kinetic = 0.0_rp             !! kinetic energy with scaled mass [J]
+    real(rp) :: elastic = 0.0_rp             !! elastic energy [J]
+    real(rp) :: heat = 0.0_rp                !! heat content [J]
     real(rp) :: max_temperature = 0.0_rp     !! [K]
     real(rp) :: max_strain_rate = 0.0_rp     !! [1/s]
     real(rp) :: inertial_ratio = 0.0_rp      !! largest inertial stress over flow stress
@@ -42,8 +42,8 @@ module output_totals
     real(rp) :: to_bodies = 0.0_rp           !! part of the friction heat that enters the bodies [J]
     real(rp) :: contact = 0.0_rp             !! energy lost in contact, normal to the surfaces [J]
     real(rp) :: loss = 0.0_rp                !! energy lost between particles and grid [J]
-    real(rp) :: audit_error = 0.0_rp         !! error over exchanged energy [%]
-    real(rp) :: conduction_error = 0.0_rp    !! error over exchanged heat [%]
+    real(rp) :: audit_error = 0.0_rp         !! balance error over exchanged energy [%]
+    real(rp) :: conduction_error = 0.0_rp    !! error of conduction over exchanged heat [%]
     real(rp) :: over_internal = 0.0_rp       !! kinetic over internal energy [%]
     logical :: is_sound = .true.             !! all fields are finite, energy does not diverge
   end type totals_t
@@ -152,7 +152,7 @@ contains
       absorbed = t%friction + t%contact + budget(e_plastic) + now%elastic - sim%history%elastic0 &
         + now%kinetic - sim%history%kinetic0 + t%loss + budget(e_sleep) + budget(d_kinetic) &
         + budget(d_elastic)
-      ! a quotient by it is finite
+      ! a floor, so that quotients by it are finite
       sim%history%audit_scale = max(sim%history%audit_scale, &
                                     abs(t%work) + abs(budget(e_body)) + abs(budget(e_wall)), &
                                     abs(budget(e_scaling)), sim%history%kinetic0 &
@@ -170,8 +170,8 @@ contains
     end associate
   end subroutine balance_energies
 
-  !> True if the kinetic energy exceeds twice the exchanged energy, the sign of an unstable run. Not
-  !> checked with thermal expansion, which makes kinetic energy from heat; 1e-9 of the heat content
+  !> True if the kinetic energy exceeds twice the exchanged energy, the sign of an unstable run. It
+  !> is false with thermal expansion, which makes kinetic energy from heat; 1e-9 of the heat content
   !> is a tolerance for rounding.
   pure logical function energy_diverges(sim, now)
     type(simulation_t), intent(in) :: sim

@@ -15,7 +15,7 @@ module output_warnings
 
   public :: warnings_t
 
-  !> Warnings given so far.
+  !> Warnings given so far, and what they depend on.
   type :: warnings_t
     type(melting_t) :: melting
     type(guards_t), private :: guards
@@ -23,7 +23,7 @@ module output_warnings
     real(rp), private :: inertial_ratio = 0.0_rp     !! largest inertial stress over flow stress
     logical, private :: has_inertia = .false., has_returns = .false., has_fracture = .false., &
                         has_sleep = .false., has_debris = .false.
-    logical, allocatable, private :: has_validity(:)   !! for each warning of the flow laws
+    logical, allocatable, private :: has_validity(:)   !! warnings of the flow laws given so far
   contains
     procedure :: check, log_inertial_stress
   end type warnings_t
@@ -36,10 +36,11 @@ contains
     class(warnings_t), intent(inout) :: self
     type(simulation_t), intent(inout) :: sim
     type(row_t), intent(in) :: columns
-    real(rp), parameter :: max_sleep_loss = 1.0e-3_rp   ! energy that sleepers may absorb, over that
-                                                        ! exchanged
-    real(rp), parameter :: max_separation = 0.9_rp   ! part of the distance at which neighbours
-                                                     ! share a node
+    real(rp), parameter :: max_sleep_loss = 1.0e-3_rp   ! energy that sleepers may absorb, over the
+                                                        ! exchanged energy
+    real(rp), parameter :: max_separation = 0.9_rp   ! neighbour distance over that at which
+                                                     ! neighbours share a node, above which a
+                                                     ! warning is given
     character(:), allocatable :: at
     real(rp) :: inertia, sleep_loss, separation
 

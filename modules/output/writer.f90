@@ -41,7 +41,7 @@ module output_writer
   character(24), parameter, public :: tracer_headings(10) = [character(24) :: 'time[s]', 'group', &
     'tracer', 'id', 'body', 'x[m]', 'y[m]', 'z[m]', 'temperature[K]', 'plastic_strain[1]']
 
-  character(*), parameter :: ending = '_tools'   !! suffix of the name of their series
+  character(*), parameter :: ending = '_tools'   !! suffix of the name of the series of tool frames
 
 contains
 
@@ -219,7 +219,7 @@ contains
     call list_frames(sim, error)
   end subroutine add_frame
 
-  !> Collective. Write the index files of the frames and of those of the tools, if there are any.
+  !> Collective. Write the index files of the particle frames and of the tool frames, if any.
   subroutine list_frames(sim, error)
     type(simulation_t), intent(in) :: sim
     type(error_t), intent(inout) :: error

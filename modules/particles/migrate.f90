@@ -35,8 +35,8 @@ contains
 
   !> Migrate and sort. Every particle must lie inside the grid (see `find_outside`), wrapped.
   !> Particles in blocks behind `n_moving` have not moved since they were sorted. `keep`: rest state
-  !> from which particles need no new order (particles_sort); `has_changed`: some are in blocks of
-  !> another rest state. `rest_stays`: the blocks behind `n_moving` are unchanged.
+  !> from which particles keep their slots (particles_sort); `has_changed`: particles have changed
+  !> their rest state; `rest_stays`: the blocks behind `n_moving` are unchanged.
   subroutine redistribute(world, grid, patch, boxes, nbody, n_moving, keep, has_changed, &
                           particles, rest_stays)
     type(world_t), intent(in) :: world
@@ -68,7 +68,7 @@ contains
       if (keep > awake) then
         call locate(world, grid, patch, boxes, n_moving + 1, particles%nblk, particles, slot2, &
                     node2, body2, owner)
-      else                                       ! particles that wake may go anywhere
+      else                                       ! particles that wake may need blocks anywhere
         call list_slots(particles, n_moving + 1, particles%nblk, slot2, body2)
         allocate (node2(size(slot2)), source=1)
       end if
@@ -79,7 +79,7 @@ contains
     call sort_particles(particles, size(slot), slot, node, body, keep, patch%nn, nbody)
   end subroutine redistribute
 
-  !> Remove particles owned by other ranks from the lists.
+  !> Remove particles owned by other ranks from the lists of slots, nodes and bodies.
   pure subroutine keep_own(rank, slot, node, body, owner)
     integer, intent(in) :: rank, owner(:)
     integer, allocatable, intent(inout) :: slot(:), node(:), body(:)

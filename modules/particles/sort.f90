@@ -9,8 +9,8 @@ module particles_sort
 
   public :: sort_particles, sort_first, slot_block, slot_lane
 
-  integer, parameter, public :: keep_none = huge(1)   !! value of `keep` with which sort_particles
-                                                      !! sorts all
+  integer, parameter, public :: keep_none = huge(1)   !! value of `keep` with which `sort_particles`
+                                                      !! reorders all particles
 
 contains
 
@@ -41,10 +41,10 @@ contains
     particles%nblk = old
   end subroutine sort_first
 
-  !> Rebuild the blocks from the particles in `slot(1:n)`; all others are dropped. `node(1:n)` is
-  !> the storage index of the nearest node of each, `body(1:n)` its body. Particles whose rest state
-  !> is `keep` or higher stay in place if that is a slot of their class; their order only affects
-  !> speed. `keep_none` sorts all.
+  !> Rebuild the blocks from the particles in `slot(1:n)`; all other particles are dropped.
+  !> `node(1:n)` is the storage index of the nearest node of each, `body(1:n)` its body. Particles
+  !> whose rest state is `keep` or higher keep their slots if these belong to their class; their
+  !> order only affects speed. With `keep_none` all particles are reordered.
   subroutine sort_particles(particles, n, slot, node, body, keep, nn, nbody)
     type(particles_t), intent(inout) :: particles
     integer, intent(in) :: n, keep, nn, nbody, slot(n), node(n), body(n)
@@ -156,8 +156,8 @@ contains
     end do
   end subroutine keep_slots
 
-  !> Move all fields, one at a time through a buffer: 8 bytes per particle instead of a second
-  !> store.
+  !> Move all particles to their new slots, one field after the other through a buffer: 8 bytes per
+  !> particle instead of a second store.
   subroutine move_fields(particles, n, from, to)
     type(particles_t), intent(inout) :: particles
     integer, intent(in) :: n, from(n), to(n)

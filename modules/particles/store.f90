@@ -50,7 +50,8 @@ module particles_store
     procedure :: add => add_fields, places
   end type layout_t
 
-  !> Rest states of a particle: awake; mass and frozen force only; inactive (sleep_criteria).
+  !> Rest states of a particle: awake; held: gives only mass and a frozen force; asleep: inactive
+  !> (sleep_criteria).
   integer, parameter, public :: awake = 0, held = 1, asleep = 2
 
   integer, parameter :: face_shift = 48, rest_shift = 54
@@ -96,7 +97,7 @@ module particles_store
 
 contains
 
-  !> Append `n` fields, the first at `place`.
+  !> Append `n` optional fields, the first of them at `place`.
   pure subroutine add_fields(self, n, place)
     class(layout_t), intent(inout) :: self
     integer, intent(in) :: n
@@ -107,8 +108,8 @@ contains
     self%n = self%n + n
   end subroutine add_fields
 
-  !> Positions of the fields, which a checkpoint must match. The field of sleeping, the last one,
-  !> may be added or removed.
+  !> Text of the positions of the fields, which a checkpoint must match. The last field, that of
+  !> sleeping, may be added or removed by a restart.
   pure function places(self) result(text)
     class(layout_t), intent(in) :: self
     character(:), allocatable :: text
@@ -188,7 +189,8 @@ contains
     self%capacity = n
   end subroutine resize
 
-  !> Remove the chosen particles of block `b`; the last ones take their slots, freed lanes are 0.
+  !> Remove the chosen particles of block `b`; its last particles take their slots, and freed lanes
+  !> are 0.
   pure subroutine remove(self, b, chosen)
     class(particles_t), intent(inout) :: self
     integer, intent(in) :: b
@@ -223,8 +225,8 @@ contains
     self%nf = nf
   end subroutine change_fields
 
-  !> Announce that the first `n` fields of block `b`, but for those behind field `from` up to field
-  !> `to`, are needed soon: the transfers of the block before prefetch them.
+  !> Register the first `n` fields of block `b`, except the fields after `from` up to `to`, for
+  !> prefetching during the transfers of the block before.
   subroutine fetch(self, b, n, from, to)
     class(particles_t), intent(in) :: self
     integer, intent(in) :: b, n
@@ -308,14 +310,14 @@ contains
     tag_faces = int(ibits(tag, face_shift, 6))
   end function tag_faces
 
-  !> Rest state: two bits above those of the faces.
+  !> Rest state of a tag: two bits above those of the faces.
   elemental integer function tag_rest(tag)
     integer(i8), intent(in) :: tag
 
     tag_rest = int(ibits(tag, rest_shift, 2))
   end function tag_rest
 
-  !> Rest states of `n` particles, without a call for each.
+  !> Rest states of `n` particles, in a vectorised loop.
   pure function rests(n, tag) result(rest)
     integer, intent(in) :: n
     integer(i8), intent(in) :: tag(n)

@@ -12,7 +12,8 @@ module particles_tracers
 
   public :: tracers_t
 
-  integer, parameter, public :: n_seen = 7  !! position, temperature, plastic strain, body, presence
+  integer, parameter, public :: n_seen = 7  !! rows collected for each tracer: position,
+                                            !! temperature, plastic strain, body, presence
 
   !> Requested positions, in groups, and the particles that represent them.
   type :: tracers_t
@@ -39,7 +40,7 @@ contains
     class(tracers_t), intent(inout) :: self
     character(*), intent(in) :: name
     real(rp), intent(in) :: interval                 !! [s]
-    real(rp), intent(in), contiguous :: place(:, :)  !! (3, n) [m]
+    real(rp), intent(in), contiguous :: place(:, :)  !! (3, n) positions [m]
     integer :: n
 
     if (.not. allocated(self%name)) then
@@ -101,9 +102,9 @@ contains
   !> away than the nearest so far are skipped.
   pure subroutine find_nearest(n, place, particles, nearest, number)
     integer, intent(in) :: n
-    real(rp), intent(in) :: place(3, n)            !! [m]
+    real(rp), intent(in) :: place(3, n)            !! positions [m]
     type(particles_t), intent(in) :: particles
-    real(rp), intent(out) :: nearest(n), number(n)   !! [m2], [-]
+    real(rp), intent(out) :: nearest(n), number(n)   !! squared distance [m2], particle number [-]
     real(rp) :: box(6), d2
     integer :: b, i, p
 
@@ -126,7 +127,7 @@ contains
     end do
   end subroutine find_nearest
 
-  !> Set the particles of the positions, and sort the positions by them.
+  !> Set the particles of the tracer positions, and sort the positions by particle.
   subroutine set_ids(self, id)
     class(tracers_t), intent(inout) :: self
     integer(i8), intent(in) :: id(self%n)

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: MIT
-!> What time at temperature does to a dislocated structure, for each particle by itself:
+!> Static annealing of the dislocation structure, for each particle by itself:
 !>   recovery           d rho/dt = -C_r(T) rho^n of both densities, not below the initial ones;
 !>   coarsening         d(d^m)/dt = C_g(T) of subgrains (rho as 1/d^2) and of recrystallised grains;
-!>   recrystallisation  nuclei D apart grow into what is deformed at v = M(T) G b^2 rho/2 while rho
-!>                      is above a threshold: X = 1 - exp(-(2 R/D)^3), dR/dt = v (Johnson & Mehl,
-!>                      Avrami, site-saturated); the swept share gets the initial densities.
-!> C(T) = C0 exp(-Q/(R T)). During deformation X fades with strain, dX = -X deps/strain: the new
-!> grains are deformed in their turn, and a steady state comes about (dynamic recrystallisation).
+!>   recrystallisation  nuclei at the distance D grow into deformed metal at v = M(T) G b^2 rho/2
+!>                      while rho is above a threshold: X = 1 - exp(-(2 R/D)^3), dR/dt = v
+!>                      (Johnson & Mehl, Avrami, site-saturated); X gets the initial densities.
+!> C(T) = C0 exp(-Q/(R T)). During deformation X decays with strain, dX = -X deps/strain: the new
+!> grains are deformed as well, which leads to a steady state (dynamic recrystallisation).
 module physics_annealing
   use base_kinds, only: nlane, rp
   use input_key_table, only: key_table_t
@@ -20,7 +20,7 @@ module physics_annealing
 
   !> Arrhenius factor C0 exp(-Q/(R T)); C0 = 0: inactive.
   type, public :: arrhenius_t
-    real(rp) :: factor = 0.0_rp        !! C0
+    real(rp) :: factor = 0.0_rp        !! C0, in the unit of C
     real(rp) :: energy = 0.0_rp        !! Q [J/mol]
   end type arrhenius_t
 
@@ -30,9 +30,10 @@ module physics_annealing
     type(arrhenius_t) :: mobility      !! C0 [m4/(J s)]
     real(rp) :: recovery_exponent = 2.0_rp, growth_exponent = 2.0_rp
     real(rp) :: threshold = huge(1.0_rp)  !! density above which nuclei grow [1/m2]
-    real(rp) :: spacing = 1.0_rp          !! D, also the final grain size after recrystallisation
-                                          !! [m]
-    real(rp) :: strain = huge(1.0_rp)     !! strain over which deformation removes X
+    real(rp) :: spacing = 1.0_rp          !! D, distance of nuclei and final grain size after
+                                          !! recrystallisation [m]
+    real(rp) :: strain = huge(1.0_rp)     !! strain over which deformation removes the
+                                          !! recrystallised fraction X [-]
   contains
     procedure, nopass :: add_keys
     procedure :: read_keys, is_active
@@ -45,7 +46,7 @@ module physics_annealing
 
 contains
 
-  !> Add its keys to &MATERIAL.
+  !> Add the keys of annealing to &MATERIAL.
   subroutine add_keys(t)
     type(key_table_t), intent(inout) :: t
 
@@ -104,14 +105,14 @@ contains
   pure subroutine anneal_block(self, dt, line_energy, size, walls, interior, temp, rate, root, &
                                cells, fraction, new)
     type(annealing_t), intent(in) :: self
-    real(rp), intent(in) :: dt                       !! [s]
+    real(rp), intent(in) :: dt                       !! time step [s]
     real(rp), intent(in) :: line_energy              !! G b^2/2 [J/m]
     real(rp), intent(in) :: size
     real(rp), intent(in) :: walls, interior           !! initial densities [1/m2]
-    real(rp), intent(in) :: temp(nlane), rate(nlane)  !! [K], plastic [1/s]
-    real(rp), intent(inout) :: root(nlane)            !! sqrt(rho_w) [1/m]
-    real(rp), intent(inout) :: cells(nlane)           !! rho_c [1/m2]
-    real(rp), intent(in) :: fraction(nlane)           !! f
+    real(rp), intent(in) :: temp(nlane), rate(nlane)  !! temperature [K], plastic strain rate [1/s]
+    real(rp), intent(inout) :: root(nlane)            !! sqrt(rho_w), root of the wall density [1/m]
+    real(rp), intent(inout) :: cells(nlane)           !! rho_c, density in the cells [1/m2]
+    real(rp), intent(in) :: fraction(nlane)           !! f, volume fraction of the walls [-]
     real(rp), intent(inout) :: new(nlane, n_annealing)
     real(rp), dimension(nlane) :: wall, total, scale
 
@@ -156,7 +157,7 @@ contains
     end where
   end subroutine recover
 
-  !> Integrate d(d^m) = dc exactly; a size of 0 is unchanged.
+  !> Integrate d(d^m) = dc exactly; a grain size of 0 is unchanged.
   pure subroutine grow(m, dc, d)
     real(rp), intent(in) :: m, dc(nlane)
     real(rp), intent(inout) :: d(nlane)
@@ -164,14 +165,15 @@ contains
     where (d > 0.0_rp) d = d*(1.0_rp + dc/d**m)**(1.0_rp/m)
   end subroutine grow
 
-  !> Dislocation density of the deformed part, from the mean over all.
+  !> Dislocation density of the deformed part, from the mean over deformed and recrystallised parts.
   elemental real(rp) function deformed_density(total, initial, x)
     real(rp), intent(in) :: total, initial, x
 
     deformed_density = max(total, (total - x*initial)/max(1.0_rp - x, min_deformed_fraction))
   end function deformed_density
 
-  !> Advance recrystallisation: fronts move by `advance` times the deformed density.
+  !> Advance recrystallisation: boundaries of new grains move by `advance` times the density of the
+  !> deformed part.
   pure subroutine recrystallise(self, advance, walls, interior, fraction, wall, cells, new)
     type(annealing_t), intent(in) :: self
     real(rp), intent(in) :: advance(nlane), walls, interior, fraction(nlane)
@@ -190,7 +192,7 @@ contains
       swept = (new(p, 1) - x)/(1.0_rp - x)
       wall(p) = wall(p) + swept*(walls - wall(p))
       cells(p) = cells(p) + swept*(interior - cells(p))
-      if (x < nucleus_radius) new(p, 2) = 0.0_rp          ! a new generation of grains
+      if (x < nucleus_radius) new(p, 2) = 0.0_rp          ! restart from a new generation of grains
       new(p, 2) = max(new(p, 2), self%spacing*min(radius, 1.0_rp))
     end do
   end subroutine recrystallise

@@ -20,7 +20,7 @@ contains
   !> Advance J and Bbar by dF = exp(dt L) (series to fourth order); returns the deviatoric trial
   !> stress `s`, its von Mises stress `q`, and tr(Bbar)/3 in `mean`.
   subroutine trial_state(dt, g, l, b, j, s, q, mean)
-    real(rp), intent(in) :: dt               !! [s]
+    real(rp), intent(in) :: dt               !! time step [s]
     real(rp), intent(in) :: g                !! shear modulus [Pa]
     real(rp), intent(in) :: l(nlane, 9)      !! velocity gradient, row by row [1/s]
     real(rp), intent(inout) :: b(nlane, 6)   !! Bbar
@@ -95,10 +95,10 @@ contains
     real(rp), intent(in) :: k, g               !! bulk and shear modulus [Pa]
     real(rp), intent(in) :: expansion          !! linear thermal expansion [1/K]
     real(rp), intent(in) :: t_ref              !! temperature without thermal strain [K]
-    real(rp), intent(in) :: temp(nlane)        !! [K]
+    real(rp), intent(in) :: temp(nlane)        !! temperatures [K]
     real(rp), intent(in) :: j(nlane), mean(nlane)
-    real(rp), intent(inout) :: tau(nlane, 6)   !! [Pa]
-    real(rp), intent(out) :: stiffness(nlane)  !! [Pa]
+    real(rp), intent(inout) :: tau(nlane, 6)   !! Kirchhoff stress [Pa]
+    real(rp), intent(out) :: stiffness(nlane)  !! squared wave speeds times density [Pa]
     real(rp) :: je2(nlane), c
     integer :: p
 
@@ -146,9 +146,9 @@ contains
     real(rp), intent(in) :: k, expansion, t_ref
     real(rp), intent(in) :: rho                !! initial density [kg/m3]
     real(rp), intent(in) :: mass(nlane), temp(nlane), before(nlane), after(nlane)
-    real(rp), intent(inout) :: tau(nlane, 6)   !! [Pa]
+    real(rp), intent(inout) :: tau(nlane, 6)   !! Kirchhoff stress [Pa]
     real(rp), intent(out) :: energy
-    real(rp) :: free(nlane), c                 !! (Je/J)^2
+    real(rp) :: free(nlane), c                 !! `free`: (Je/J)^2, below 1 by thermal expansion
     integer :: p
 
     free = 1.0_rp
@@ -174,8 +174,8 @@ contains
   pure subroutine finish_coupled(lambda, mu, j, b, tau, stiffness)
     real(rp), intent(in) :: lambda, mu             !! Lame's constants [Pa]
     real(rp), intent(in) :: j(nlane), b(nlane, 6)  !! J, Bbar
-    real(rp), intent(out) :: tau(nlane, 6)         !! [Pa]
-    real(rp), intent(out) :: stiffness(nlane)      !! [Pa]
+    real(rp), intent(out) :: tau(nlane, 6)         !! Kirchhoff stress [Pa]
+    real(rp), intent(out) :: stiffness(nlane)      !! squared wave speeds times density [Pa]
     real(rp) :: log_j(nlane), scale(nlane), c
     integer :: p
 
@@ -206,7 +206,7 @@ contains
   !> Elastic energy of `n` particles [J].
   pure real(rp) function coupled_energy(n, lambda, mu, rho, mass, j, b)
     integer, intent(in) :: n
-    real(rp), intent(in) :: lambda, mu         !! [Pa]
+    real(rp), intent(in) :: lambda, mu         !! Lame's constants [Pa]
     real(rp), intent(in) :: rho                !! initial density [kg/m3]
     real(rp), intent(in) :: mass(nlane), j(nlane), b(nlane, 6)
     real(rp) :: log_j
@@ -225,10 +225,10 @@ contains
   !> energy absorbed by `n` particles [J], by the trapezoidal rule with dW/dJ = tr(tau)/(3 J).
   pure subroutine change_coupled(n, lambda, mu, rho, mass, b, before, after, tau, energy)
     integer, intent(in) :: n
-    real(rp), intent(in) :: lambda, mu         !! [Pa]
+    real(rp), intent(in) :: lambda, mu         !! Lame's constants [Pa]
     real(rp), intent(in) :: rho                !! initial density [kg/m3]
     real(rp), intent(in) :: mass(nlane), b(nlane, 6), before(nlane), after(nlane)
-    real(rp), intent(inout) :: tau(nlane, 6)   !! [Pa]
+    real(rp), intent(inout) :: tau(nlane, 6)   !! Kirchhoff stress [Pa]
     real(rp), intent(out) :: energy
     real(rp) :: unused(nlane), slope(nlane)
     integer :: p

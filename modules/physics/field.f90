@@ -22,11 +22,11 @@ contains
   !> `x0`.
   pure subroutine rest(self, t, x0, x, v, f)
     class(field_t), intent(in) :: self
-    real(rp), intent(in) :: t               !! [s]
-    real(rp), intent(in) :: x0(nlane, 3)    !! [m]
-    real(rp), intent(out) :: x(nlane, 3)    !! [m]
-    real(rp), intent(out) :: v(nlane, 3)    !! [m/s]
-    real(rp), intent(out) :: f(nlane, 9)    !! dx/dx0 row by row
+    real(rp), intent(in) :: t               !! time [s]
+    real(rp), intent(in) :: x0(nlane, 3)    !! undeformed position [m]
+    real(rp), intent(out) :: x(nlane, 3)    !! position [m]
+    real(rp), intent(out) :: v(nlane, 3)    !! velocity [m/s]
+    real(rp), intent(out) :: f(nlane, 9)    !! deformation gradient dx/dx0, row by row [-]
 
     x = x0
     v = 0.0_rp
@@ -39,9 +39,9 @@ contains
   !> Body force per mass of the motion.
   pure subroutine no_force(self, t, x0, b)
     class(field_t), intent(in) :: self
-    real(rp), intent(in) :: t               !! [s]
-    real(rp), intent(in) :: x0(nlane, 3)    !! [m]
-    real(rp), intent(out) :: b(nlane, 3)    !! [m/s2]
+    real(rp), intent(in) :: t               !! time [s]
+    real(rp), intent(in) :: x0(nlane, 3)    !! undeformed position [m]
+    real(rp), intent(out) :: b(nlane, 3)    !! body force per mass [m/s2]
 
     b = 0.0_rp
   end subroutine no_force
@@ -49,9 +49,9 @@ contains
   !> Temperature at time `t` of points with undeformed positions `x0`.
   pure subroutine no_temperature(self, t, x0, temp)
     class(field_t), intent(in) :: self
-    real(rp), intent(in) :: t               !! [s]
-    real(rp), intent(in) :: x0(nlane, 3)    !! [m]
-    real(rp), intent(out) :: temp(nlane)    !! [K]
+    real(rp), intent(in) :: t               !! time [s]
+    real(rp), intent(in) :: x0(nlane, 3)    !! undeformed position [m]
+    real(rp), intent(out) :: temp(nlane)    !! temperatures [K]
 
     temp = 0.0_rp
   end subroutine no_temperature

@@ -22,7 +22,7 @@ module physics_field_heat_mode
 
 contains
 
-  !> See physics_field.
+  !> Temperature at time `t` of points with undeformed positions `x0` (physics_field).
   pure subroutine temperature(self, t, x0, temp)
     class(heat_mode_t), intent(in) :: self
     real(rp), intent(in) :: t, x0(nlane, 3)

@@ -12,9 +12,9 @@ module physics_field_ring
 
   type, extends(field_t) :: ring_t
     real(rp) :: centre(2) = 0.0_rp          !! [m]
-    real(rp) :: c(3) = 0.0_rp               !! c1, c2, c3 [1/m, 1/m2, 1/m3]
-    real(rp) :: amplitude = 0.0_rp          !! A [m]
-    real(rp) :: rate = 0.0_rp               !! w [rad/s]
+    real(rp) :: c(3) = 0.0_rp               !! coefficients c1 [-], c2 [1/m], c3 [1/m2]
+    real(rp) :: amplitude = 0.0_rp          !! A, amplitude of the radial displacement [m]
+    real(rp) :: rate = 0.0_rp               !! w, angular frequency [rad/s]
     real(rp) :: mu = 0.0_rp                 !! shear modulus over density [m2/s2]
   contains
     procedure :: set_radii, motion, force
@@ -32,7 +32,7 @@ contains
     self%c = [-6.0_rp*radii(1)*radii(2), 3.0_rp*(radii(1) + radii(2)), -2.0_rp]/d
   end subroutine set_radii
 
-  !> See physics_field.
+  !> Position, velocity and deformation gradient at time `t` (physics_field).
   pure subroutine motion(self, t, x0, x, v, f)
     class(ring_t), intent(in) :: self
     real(rp), intent(in) :: t, x0(nlane, 3)
@@ -61,7 +61,7 @@ contains
     f(:, 9) = 1.0_rp
   end subroutine motion
 
-  !> Along the radius T'' Q - mu/rho [(1 + 1/l_r^2) T Q'' + (l_r - 1/l_r - l_t + 1/l_t)/R] with the
+  !> Radial body force T'' Q - mu/rho [(1 + 1/l_r^2) T Q'' + (l_r - 1/l_r - l_t + 1/l_t)/R] with the
   !> stretches l_r = 1 + T Q', l_t = 1 + T Q/R, from P = mu (F - F^-T).
   pure subroutine force(self, t, x0, b)
     class(ring_t), intent(in) :: self

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Generalised vortex (Kamojjala, Brannon, Sadeghirad & Guilkey 2015): circles of an annulus
 !> oscillate by the angle alpha = A sin(w t) h(R) about an axis along z, h = (1 - s^2)^2, s = (R -
-!> Rm)/d; the rest is at rest.
+!> Rm)/d; the body outside the annulus is at rest.
 module physics_field_vortex
   use base_kinds, only: nlane, rp
   use physics_field, only: field_t
@@ -11,10 +11,10 @@ module physics_field_vortex
   public :: vortex_t
 
   type, extends(field_t) :: vortex_t
-    real(rp) :: centre(2) = 0.0_rp          !! [m]
-    real(rp) :: radii(2) = [1.0_rp, 2.0_rp]  !! inner and outer [m]
-    real(rp) :: amplitude = 0.0_rp          !! A [rad]
-    real(rp) :: rate = 0.0_rp               !! w [rad/s]
+    real(rp) :: centre(2) = 0.0_rp          !! centre of the annulus [m]
+    real(rp) :: radii(2) = [1.0_rp, 2.0_rp]  !! inner and outer radius [m]
+    real(rp) :: amplitude = 0.0_rp          !! A, amplitude of the angle [rad]
+    real(rp) :: rate = 0.0_rp               !! w, angular frequency [rad/s]
     real(rp) :: mu = 0.0_rp                 !! shear modulus over density [m2/s2]
   contains
     procedure :: motion, force
@@ -27,7 +27,7 @@ contains
   elemental subroutine profile(self, x, y, r, h, h1, h2)
     class(vortex_t), intent(in) :: self
     real(rp), intent(in) :: x, y            !! position from the axis [m]
-    real(rp), intent(out) :: r, h, h1, h2   !! [m], [-], [1/m], [1/m2]
+    real(rp), intent(out) :: r, h, h1, h2   !! R [m], h [-], h' [1/m], h'' [1/m2]
     real(rp) :: d, s
 
     d = 0.5_rp*(self%radii(2) - self%radii(1))
@@ -42,7 +42,7 @@ contains
     h2 = (12.0_rp*s*s - 4.0_rp)/d**2
   end subroutine profile
 
-  !> See physics_field.
+  !> Position, velocity and deformation gradient at time `t` (physics_field).
   pure subroutine motion(self, t, x0, x, v, f)
     class(vortex_t), intent(in) :: self
     real(rp), intent(in) :: t, x0(nlane, 3)
@@ -74,8 +74,8 @@ contains
     x(:, 3) = x0(:, 3)
   end subroutine motion
 
-  !> Along the present radius -R alpha_t^2 + mu/rho R alpha_R^2, along the circle
-  !> R alpha_tt - mu/rho (3 alpha_R + R alpha_RR), from P = mu (F - F^-T) (J = 1).
+  !> Body force along the current radius, -R alpha_t^2 + mu/rho R alpha_R^2, and along the circle, R
+  !> alpha_tt - mu/rho (3 alpha_R + R alpha_RR), from P = mu (F - F^-T) (J = 1).
   pure subroutine force(self, t, x0, b)
     class(vortex_t), intent(in) :: self
     real(rp), intent(in) :: t, x0(nlane, 3)

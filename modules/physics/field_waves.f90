@@ -11,20 +11,20 @@ module physics_field_waves
   public :: waves_t
 
   type, extends(field_t) :: waves_t
-    real(rp) :: amplitude(3) = 0.0_rp   !! A; 0: no displacement along the axis [m]
-    real(rp) :: number(3) = 1.0_rp      !! k [rad/m]
-    real(rp) :: shift(3) = 0.0_rp       !! P [rad]
-    real(rp) :: rate(3) = 0.0_rp        !! w [rad/s]
-    real(rp) :: phase(3) = 0.0_rp       !! Q [rad]
+    real(rp) :: amplitude(3) = 0.0_rp   !! A, amplitude; 0: no displacement along the axis [m]
+    real(rp) :: number(3) = 1.0_rp      !! k, wave number [rad/m]
+    real(rp) :: shift(3) = 0.0_rp       !! P, phase in space [rad]
+    real(rp) :: rate(3) = 0.0_rp        !! w, angular frequency [rad/s]
+    real(rp) :: phase(3) = 0.0_rp       !! Q, phase in time [rad]
     real(rp) :: mu = 0.0_rp             !! shear modulus over density [m2/s2]
-    real(rp) :: lambda = 0.0_rp         !! Lame's other constant over density [m2/s2]
+    real(rp) :: lambda = 0.0_rp         !! Lame's first constant over density [m2/s2]
   contains
     procedure :: motion, force
   end type waves_t
 
 contains
 
-  !> See physics_field.
+  !> Position, velocity and deformation gradient at time `t` (physics_field).
   pure subroutine motion(self, t, x0, x, v, f)
     class(waves_t), intent(in) :: self
     real(rp), intent(in) :: t, x0(nlane, 3)
@@ -43,8 +43,8 @@ contains
     end do
   end subroutine motion
 
-  !> b_i = -w^2 u_i + k^2 u_i (mu + (mu + lambda (1 - ln J))/F_ii^2)/rho, from
-  !> P = mu (F - F^-T) + lambda ln J F^-T.
+  !> Body force b_i = -w^2 u_i + k^2 u_i (mu + (mu + lambda (1 - ln J))/F_ii^2)/rho, from P = mu (F
+  !> - F^-T) + lambda ln J F^-T.
   pure subroutine force(self, t, x0, b)
     class(waves_t), intent(in) :: self
     real(rp), intent(in) :: t, x0(nlane, 3)

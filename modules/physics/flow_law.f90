@@ -17,8 +17,9 @@ module physics_flow_law
                                                               !! particle
   integer, parameter, public :: max_warnings = 8              !! kinds of warnings of a law
   integer, parameter, public :: max_points = 64               !! points of a table in one variable
-  real(rp), parameter, public :: default_min_rate = 1.0e-6_rp  !! plastic strain rate of the yield
-                                                               !! test [1/s]
+  real(rp), parameter, public :: default_min_rate = 1.0e-6_rp  !! smallest plastic strain rate of
+                                                               !! the flow law, at which yield is
+                                                               !! tested [1/s]
 
   !> A quantity of the particle state that a law outputs.
   type :: law_output_t
@@ -34,8 +35,8 @@ module physics_flow_law
     logical :: anneals = .false.  !! the state changes with time, not only with strain
     !> Temperatures between which `strength_factor` decreases from 1 to 0 [K].
     real(rp) :: softens_at = huge(1.0_rp), melts_at = huge(1.0_rp)
-    real(rp) :: min_rate = default_min_rate   !! plastic strain rate of the yield test; flow is
-                                              !! faster [1/s]
+    real(rp) :: min_rate = default_min_rate   !! smallest plastic strain rate of flow, at which
+                                              !! yield is tested [1/s]
   contains
     procedure, nopass :: add_keys
     procedure :: read_keys
@@ -70,7 +71,7 @@ module physics_flow_law
       real(rp), intent(in) :: alpha(nlane)            !! plastic strain at the start of the step
       real(rp), intent(in) :: x(nlane)                !! plastic strain increment
       real(rp), intent(in) :: log_rate(nlane)         !! ln(x/dt) [ln 1/s]
-      real(rp), intent(out) :: sigma(nlane)           !! [Pa]
+      real(rp), intent(out) :: sigma(nlane)           !! flow stress [Pa]
       real(rp), intent(out) :: slope(nlane)           !! d sigma / d ln x [Pa]
     end subroutine stress_interface
   end interface
@@ -91,13 +92,14 @@ contains
   end subroutine read_keys
 
   !> Set the melting range of a law without melting of its own: the strength decreases to 0 over the
-  !> last twentieth of T_MELT, if given, but not below the highest temperature for which the law is
-  !> `calibrated`.
+  !> last twentieth of T_MELT, if given, but not below `calibrated`, the highest temperature of the
+  !> calibration of the law.
   subroutine read_melting(self, input, i, calibrated)
     class(flow_law_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
-    real(rp), intent(in) :: calibrated                !! 0: no calibration range [K]
+    real(rp), intent(in) :: calibrated                !! highest calibrated temperature; 0: no
+                                                      !! calibration range [K]
     logical :: is_given
 
     is_given = input%given('MATERIAL', i, 'T_MELT')
@@ -111,14 +113,14 @@ contains
     has_own_melting = .false.
   end function has_own_melting
 
-  !> Names of the keys of its annealing, as text.
+  !> Names of the keys of the annealing of the law, as text.
   pure function annealing_keys() result(names)
     character(:), allocatable :: names
 
     names = 'LAW'
   end function annealing_keys
 
-  !> List of its outputs.
+  !> List of the outputs of the law.
   function outputs(self) result(list)
     class(flow_law_t), intent(in) :: self
     type(law_output_t), allocatable :: list(:)
@@ -126,7 +128,7 @@ contains
     allocate (list(0))
   end function outputs
 
-  !> Texts of its warnings, to follow 'particles': at most `max_warnings`.
+  !> Texts of the warnings of the law, to follow the word `particles`: at most `max_warnings`.
   pure subroutine list_warnings(texts)
     character(48), allocatable, intent(out) :: texts(:)
 
@@ -136,7 +138,7 @@ contains
   !> Factor of the strength near melting: 1 up to `softens_at`, 0 from `melts_at` on.
   pure subroutine strength_factor(self, temp, factor)
     class(flow_law_t), intent(in) :: self
-    real(rp), intent(in) :: temp(nlane)               !! [K]
+    real(rp), intent(in) :: temp(nlane)               !! temperatures [K]
     real(rp), intent(out) :: factor(nlane)
     real(rp) :: melts_at, scale
     integer :: p
@@ -165,7 +167,7 @@ contains
   subroutine inspect(self, n, temp, rate, state, counts, lane)
     class(flow_law_t), intent(in) :: self
     integer, intent(in) :: n
-    real(rp), intent(in) :: temp(nlane), rate(nlane)  !! [K], [1/s]
+    real(rp), intent(in) :: temp(nlane), rate(nlane)  !! temperature [K], plastic strain rate [1/s]
     real(rp), intent(in) :: state(nlane, self%n_state)
     integer, intent(inout) :: counts(max_warnings), lane(max_warnings)
   end subroutine inspect
@@ -173,8 +175,8 @@ contains
   !> Static changes of the state over `dt` at a temperature (recovery, recrystallisation, growth).
   subroutine anneal(self, dt, temp, rate, state)
     class(flow_law_t), intent(in) :: self
-    real(rp), intent(in) :: dt                        !! [s]
-    real(rp), intent(in) :: temp(nlane), rate(nlane)  !! [K], [1/s]
+    real(rp), intent(in) :: dt                        !! time step [s]
+    real(rp), intent(in) :: temp(nlane), rate(nlane)  !! temperature [K], plastic strain rate [1/s]
     real(rp), intent(inout) :: state(nlane, self%n_state)
   end subroutine anneal
 
@@ -196,8 +198,8 @@ contains
     values = 0.0_rp
   end subroutine describe
 
-  !> Temperature above which strength decreases to 0 at `t_melt`: the last twentieth, but not where
-  !> the law is `calibrated` [K].
+  !> Temperature above which strength decreases to 0 at `t_melt` [K]: the last twentieth of it, but
+  !> not below the highest temperature `calibrated` of the law.
   pure real(rp) function softening_from(t_melt, calibrated)
     real(rp), intent(in) :: t_melt, calibrated
 

@@ -23,7 +23,7 @@ module physics_law_hot_working
     procedure :: prepare, stress
   end type hot_working_t
 
-  integer, parameter :: own = 3   !! first column of `work` of the hot law
+  integer, parameter :: own = 3   !! first column of `work` that belongs to the hot law
 
 contains
 
@@ -37,7 +37,7 @@ contains
     call self%hot%read_keys(input, i, shear)
   end subroutine read_keys
 
-  !> True, the cold law decreases from T_ROOM to 0 at T_MELT.
+  !> True, as the cold law decreases from T_ROOM to 0 at T_MELT.
   pure logical function has_own_melting()
     has_own_melting = .true.
   end function has_own_melting

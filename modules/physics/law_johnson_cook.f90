@@ -15,9 +15,10 @@ module physics_law_johnson_cook
 
   !> A law with the rate and temperature factors (1 + C ln(rate/rate0)) (1 - theta^m).
   type, abstract, extends(flow_law_t) :: softening_law_t
-    real(rp) :: c = 0.0_rp, m = 1.0_rp                    !! [-], [-]
-    real(rp) :: rate0 = 1.0_rp                            !! [1/s]
-    real(rp) :: t_room = 298.0_rp, t_melt = huge(1.0_rp)  !! [K]
+    real(rp) :: c = 0.0_rp, m = 1.0_rp                    !! C and m [-]
+    real(rp) :: rate0 = 1.0_rp                            !! rate0, reference rate [1/s]
+    real(rp) :: t_room = 298.0_rp, t_melt = huge(1.0_rp)  !! temperatures of theta = 0 and of theta
+                                                          !! = 1 [K]
   contains
     procedure, non_overridable :: read_softening
     procedure, nopass :: has_own_melting
@@ -25,7 +26,7 @@ module physics_law_johnson_cook
   end type softening_law_t
 
   type, extends(softening_law_t) :: johnson_cook_t
-    real(rp) :: a = 0.0_rp, b = 0.0_rp, n = 1.0_rp        !! [Pa], [Pa], [-]
+    real(rp) :: a = 0.0_rp, b = 0.0_rp, n = 1.0_rp        !! A [Pa], B [Pa], n [-]
     real(rp) :: max_strain = huge(1.0_rp)                 !! strain at which hardening ends
   contains
     procedure, nopass :: add_keys
@@ -86,12 +87,12 @@ contains
     end if
   end subroutine read_softening
 
-  !> True, strength decreases from T_ROOM to 0 at T_MELT.
+  !> True, as strength decreases from T_ROOM to 0 at T_MELT.
   pure logical function has_own_melting()
     has_own_melting = .true.
   end function has_own_melting
 
-  !> work(:,1) = 1 - theta^m.
+  !> Store the temperature factor 1 - theta^m in work(:, 1).
   subroutine prepare(self, temp, state, work)
     class(softening_law_t), intent(in) :: self
     real(rp), intent(in) :: temp(nlane), state(nlane, self%n_state)
@@ -100,7 +101,7 @@ contains
     call softening(self%m, self%t_room, self%t_melt, temp, work(:, 1))
   end subroutine prepare
 
-  !> 1 - theta^m, theta rising from 0 at `t_room` to 1 at `t_melt` [K].
+  !> Factor 1 - theta^m, with theta rising from 0 at `t_room` to 1 at `t_melt` [K].
   pure subroutine softening(m, t_room, t_melt, temp, factor)
     real(rp), intent(in) :: m, t_room, t_melt, temp(nlane)
     real(rp), intent(out) :: factor(nlane)

@@ -12,8 +12,8 @@ module physics_law_norton
   public :: norton_t
 
   type, extends(flow_law_t) :: norton_t
-    real(rp) :: k = 0.0_rp   !! flow stress at a rate of 1/s [Pa]
-    real(rp) :: n = 1.0_rp   !! exponent of the rate
+    real(rp) :: k = 0.0_rp   !! K, flow stress at a rate of 1/s [Pa]
+    real(rp) :: n = 1.0_rp   !! N, exponent of the rate [-]
   contains
     procedure, nopass :: add_keys
     procedure :: read_keys, prepare, stress

@@ -14,14 +14,17 @@ module physics_law_table
   public :: flow_table_t
 
   type, extends(flow_law_t) :: flow_table_t
-    real(rp), allocatable :: strain(:), log_rate(:), temp(:)  !! increasing; [-], [ln 1/s], [K]
-    real(rp), allocatable :: sigma(:, :, :)                   !! at (strain, rate, temperature) [Pa]
+    real(rp), allocatable :: strain(:), log_rate(:), temp(:)  !! increasing values of plastic strain
+                                                              !! [-], ln(rate) [ln 1/s], temperature
+                                                              !! [K]
+    real(rp), allocatable :: sigma(:, :, :)                   !! flow stress at (strain, rate,
+                                                              !! temperature) [Pa]
   contains
     procedure, nopass :: add_keys
     procedure :: read_keys, prepare, stress
   end type flow_table_t
 
-  integer, parameter :: max_values = 4096   !! values of flow stress
+  integer, parameter :: max_values = 4096   !! largest number of flow stresses of a table
 
 contains
 
@@ -61,7 +64,7 @@ contains
     else
       call input%report('MATERIAL', i, 'TABLE_STRESS', 'has '//str(size(values))// &
                         ' values, the table has '//str(wanted))
-      self%strain = [0.0_rp]                    ! no strength, for the remaining checks
+      self%strain = [0.0_rp]                    ! no strength in the remaining checks
       self%log_rate = [0.0_rp]
       self%temp = [0.0_rp]
       self%sigma = reshape([0.0_rp], [1, 1, 1])

@@ -3,8 +3,8 @@
 !> within walls of density rho_w and volume fraction f, in shear rates gdot = M x/dt:
 !>   sigma = sigma_0 + M alpha G b (gdot/gdot_0)^(T/A) [f sqrt(rho_w) + (1-f) sqrt(rho_c)]
 !> (times the factor that falls to 0 at melting),
-!> grain size d = K/sqrt(f rho_w + (1-f) rho_c). Internal variables: u = sqrt(rho_w), rho_c, f, and
-!> what recrystallisation needs (physics_annealing).
+!> grain size d = K/sqrt(f rho_w + (1-f) rho_c). Internal variables are u = sqrt(rho_w), rho_c, f,
+!> and those of recrystallisation (physics_annealing).
 module physics_law_two_phase
   use base_kinds, only: nlane, rp
   use input_key_table, only: key_table_t
@@ -19,17 +19,20 @@ module physics_law_two_phase
   public :: two_phase_t
 
   type, extends(flow_law_t) :: two_phase_t
-    real(rp) :: sigma0 = 0.0_rp         !! [Pa]
-    real(rp) :: taylor = 3.06_rp        !! M
+    real(rp) :: sigma0 = 0.0_rp         !! sigma_0 [Pa]
+    real(rp) :: taylor = 3.06_rp        !! M, Taylor factor [-]
     real(rp) :: alpha = 0.25_rp
-    real(rp) :: shear = 0.0_rp          !! G [Pa]
-    real(rp) :: burgers = 0.0_rp        !! b [m]
-    real(rp) :: beta = 0.0_rp           !! beta*
+    real(rp) :: shear = 0.0_rp          !! G, shear modulus [Pa]
+    real(rp) :: burgers = 0.0_rp        !! b, Burgers vector [m]
+    real(rp) :: beta = 0.0_rp           !! beta*, fraction of the dislocations of cells that move
+                                        !! into walls [-]
     real(rp) :: k0 = 0.0_rp
-    real(rp) :: a = 1.0_rp, b = 1.0_rp                        !! A, B [K]
-    real(rp) :: rate0 = 1.0e3_rp                              !! gdot_0 [1/s]
-    real(rp) :: size = 1.0_rp                                 !! K
-    real(rp) :: f0 = 0.25_rp, f_end = 0.06_rp, gamma = 3.2_rp  !! constants of eq. 6.11
+    real(rp) :: a = 1.0_rp, b = 1.0_rp                        !! A, B of the rate exponents T/A, T/B
+                                                              !! [K]
+    real(rp) :: rate0 = 1.0e3_rp                              !! gdot_0, reference shear rate [1/s]
+    real(rp) :: size = 1.0_rp                                 !! K of the grain size [-]
+    real(rp) :: f0 = 0.25_rp, f_end = 0.06_rp, gamma = 3.2_rp  !! f_0, f_end and gamma of eq. 6.11
+                                                               !! [-]
     real(rp) :: walls = 0.0_rp, interior = 0.0_rp             !! initial rho_w, rho_c [1/m2]
     real(rp) :: calibrated(2) = [0.0_rp, huge(1.0_rp)]        !! calibration range of temperatures
                                                               !! [K]
@@ -151,7 +154,8 @@ contains
              'flowed at a temperature outside TP_CALIBRATED']
   end subroutine list_warnings
 
-  !> Prepare exponents, source of cells, and the state with its root and mean.
+  !> Store the rate exponents, the source term of cells, and the state with its root and mean in
+  !> `work`.
   subroutine prepare(self, temp, state, work)
     class(two_phase_t), intent(in) :: self
     real(rp), intent(in) :: temp(nlane), state(nlane, self%n_state)

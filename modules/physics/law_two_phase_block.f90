@@ -30,8 +30,8 @@ module physics_law_two_phase_block
 
   real(rp), parameter, public :: min_density = 1.0_rp    !! smallest density [1/m2]
   real(rp), parameter :: max_substep = 5.0e-3_rp         !! largest substep of plastic strain
-  real(rp), parameter :: max_strain = 0.5_rp             !! largest plastic increment that is
-                                                         !! integrated
+  real(rp), parameter :: max_strain = 0.5_rp             !! plastic increment above which the state
+                                                         !! changes no further [-]
   real(rp), parameter :: max_exponent = 80.0_rp          !! largest exponent of k/k0, far from
                                                          !! overflow
   real(rp), parameter :: max_decay = 1.0_rp              !! largest k dgamma of a substep
@@ -134,7 +134,7 @@ contains
     state(:, s_cell) = cells
     state(:, s_fraction) = f
   contains
-    !> Derivatives du and d rho_c by the shear; y = (1 - f)^(-1/3).
+    !> Derivatives of u and rho_c by the shear; y = (1 - f)^(-1/3).
     pure subroutine slope_of(c, k, source, u, cells, f, y, du, dc)
       real(rp), intent(in) :: c(4), k, source, u, cells, f, y
       real(rp), intent(out) :: du, dc

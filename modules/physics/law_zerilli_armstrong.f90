@@ -12,9 +12,9 @@ module physics_law_zerilli_armstrong
   public :: zerilli_armstrong_t
 
   type, extends(flow_law_t) :: zerilli_armstrong_t
-    real(rp) :: c0 = 0.0_rp, c1 = 0.0_rp, c2 = 0.0_rp   !! [Pa]
-    real(rp) :: c3 = 0.0_rp, c4 = 0.0_rp                !! [1/K]
-    real(rp) :: c5 = 0.0_rp, n = 0.5_rp                 !! [Pa], [-]
+    real(rp) :: c0 = 0.0_rp, c1 = 0.0_rp, c2 = 0.0_rp   !! C0, C1, C2 [Pa]
+    real(rp) :: c3 = 0.0_rp, c4 = 0.0_rp                !! C3, C4 [1/K]
+    real(rp) :: c5 = 0.0_rp, n = 0.5_rp                 !! C5 [Pa], n [-]
   contains
     procedure, nopass :: add_keys
     procedure :: read_keys, prepare, stress

@@ -10,12 +10,13 @@ module physics_material
   public :: heat_table_t, material_t
 
   !> A temperature-dependent property: linear between the points of a table, constant beyond its
-  !> ends, with its exact integral and the inverse of that.
+  !> ends, with its exact integral over temperature and the inverse of the integral.
   type :: heat_table_t
     real(rp), allocatable :: t(:)         !! increasing temperatures [K]
     real(rp), allocatable :: y(:)         !! values of the property, above 0
-    real(rp), allocatable :: slope(:)     !! slopes above each temperature, 0 above the last
-    real(rp), allocatable :: area(:)      !! integral of the property from 0 K
+    real(rp), allocatable :: slope(:)     !! slopes above each temperature, 0 above the last [unit
+                                          !! of the property/K]
+    real(rp), allocatable :: area(:)      !! integral of the property from 0 K to each temperature
   contains
     procedure :: init, at, integral, rise
   end type heat_table_t
@@ -34,11 +35,13 @@ module physics_material
                                                 !! errors
     real(rp) :: t_melt = huge(1.0_rp)           !! melting temperature; huge: not given [K]
     real(rp) :: conductivity = 0.0_rp           !! conductivity if there is no table [W/(m K)]
-    type(heat_table_t), allocatable :: c_table  !! specific heat; its integral is the enthalpy
-    type(heat_table_t), allocatable :: k_table  !! conductivity
+    type(heat_table_t), allocatable :: c_table  !! specific heat [J/(kg K)]; its integral is the
+                                                !! enthalpy
+    type(heat_table_t), allocatable :: k_table  !! conductivity [W/(m K)]
     real(rp) :: plastic_heat = 0.9_rp           !! fraction of plastic work that becomes heat
     class(flow_law_t), allocatable :: flow      !! unallocated: elastic only
-    integer :: warning(max_warnings) = 0        !! indices of the warnings of its law in the scene
+    integer :: warning(max_warnings) = 0        !! indices of the warnings of the flow law in the
+                                                !! scene
   contains
     procedure :: set_elastic, scale_moduli, poisson, young, lambda, wave_speed, elastic_energy
     procedure :: change_volume, anneals, conducts, conductivity_at, effusivity, heat_content
@@ -57,8 +60,8 @@ contains
     self%g_true = self%g
   end subroutine set_elastic
 
-  !> Divide the elastic moduli of metal that can flow by a factor; its law keeps the original shear
-  !> modulus.
+  !> Divide the elastic moduli of metal that can flow by a factor; its flow law keeps the original
+  !> shear modulus.
   elemental subroutine scale_moduli(self, factor)
     class(material_t), intent(inout) :: self
     real(rp), intent(in) :: factor
@@ -76,7 +79,7 @@ contains
     if (self%k > 0.0_rp) poisson = (3.0_rp*self%k - 2.0_rp*self%g)/(6.0_rp*self%k + 2.0_rp*self%g)
   end function poisson
 
-  !> True if the internal variables of its flow law change with time.
+  !> True if the internal variables of the flow law change with time.
   elemental logical function anneals(self)
     class(material_t), intent(in) :: self
 
@@ -101,7 +104,7 @@ contains
   !> Specific heat at a temperature [J/(kg K)].
   elemental real(rp) function specific_heat_at(self, temp) result(c)
     class(material_t), intent(in) :: self
-    real(rp), intent(in) :: temp                  !! [K]
+    real(rp), intent(in) :: temp                  !! temperature [K]
 
     c = self%c_p
     if (allocated(self%c_table)) c = self%c_table%at(temp)
@@ -110,7 +113,7 @@ contains
   !> Heat that brings metal of a temperature to its melting temperature [J/kg]; 1e30 if it has none.
   elemental real(rp) function heat_to_melt(self, temp)
     class(material_t), intent(in) :: self
-    real(rp), intent(in) :: temp                  !! [K]
+    real(rp), intent(in) :: temp                  !! temperature [K]
 
     heat_to_melt = 1.0e30_rp
     if (self%t_melt < huge(1.0_rp)) heat_to_melt = self%specific_heat_at(temp)*(self%t_melt - temp)
@@ -119,7 +122,7 @@ contains
   !> Conductivity at a temperature [W/(m K)].
   elemental real(rp) function conductivity_at(self, temp) result(k)
     class(material_t), intent(in) :: self
-    real(rp), intent(in) :: temp                  !! [K]
+    real(rp), intent(in) :: temp                  !! temperature [K]
 
     k = self%conductivity
     if (allocated(self%k_table)) k = self%k_table%at(temp)
@@ -128,7 +131,7 @@ contains
   !> Thermal effusivity at a temperature, sqrt(k rho c) [J/(m2 K s^0.5)].
   elemental real(rp) function effusivity(self, temp)
     class(material_t), intent(in) :: self
-    real(rp), intent(in) :: temp                  !! [K]
+    real(rp), intent(in) :: temp                  !! temperature [K]
 
     effusivity = sqrt(self%conductivity_at(temp)*self%rho*self%specific_heat_at(temp))
   end function effusivity
@@ -145,11 +148,12 @@ contains
     if (allocated(self%k_table)) call update_max_diffusivity(self, self%k_table%t, k, c)
   end subroutine max_diffusivity
 
-  !> Replace k and c by the properties at those temperatures [K] where the diffusivity is larger.
+  !> Replace k and c by the properties at the temperatures `temp` [K] if their diffusivity is
+  !> larger.
   pure subroutine update_max_diffusivity(material, temp, k, c)
     class(material_t), intent(in) :: material
     real(rp), intent(in) :: temp(:)
-    real(rp), intent(inout) :: k, c               !! [W/(m K)], [J/(kg K)]
+    real(rp), intent(inout) :: k, c  !! conductivity [W/(m K)], specific heat [J/(kg K)]
     integer :: i
 
     do i = 1, size(temp)
@@ -163,7 +167,7 @@ contains
   pure real(rp) function heat_content(self, n, mass, temp)
     class(material_t), intent(in) :: self
     integer, intent(in) :: n
-    real(rp), intent(in) :: mass(n), temp(n)      !! [kg], [K]
+    real(rp), intent(in) :: mass(n), temp(n)      !! mass [kg], temperature [K]
 
     if (allocated(self%c_table)) then
       heat_content = sum(mass*self%c_table%integral(temp))
@@ -172,21 +176,22 @@ contains
     end if
   end function heat_content
 
-  !> Temperature rise [K] from the heat that would cause the rise `rise` with the constant c_p.
+  !> Temperature rise [K] by the heat that would cause the rise `rise` with the constant c_p.
   elemental real(rp) function temperature_rise(self, temp, rise)
     class(material_t), intent(in) :: self
-    real(rp), intent(in) :: temp, rise            !! [K]
+    real(rp), intent(in) :: temp, rise            !! temperature, temperature rise [K]
 
     temperature_rise = rise
     if (allocated(self%c_table)) temperature_rise = self%c_table%rise(temp, self%c_p*rise)
   end function temperature_rise
 
-  !> Correct temperatures that rose from `before` with the constant specific heat `c` for its change
-  !> with temperature.
+  !> Correct temperatures that rose from `before` with the constant specific heat `c` for the change
+  !> of the specific heat with temperature.
   pure subroutine apply_heat(self, c, before, temp)
     class(material_t), intent(in) :: self
-    real(rp), intent(in) :: c(nlane), before(nlane)   !! [J/(kg K)], [K]
-    real(rp), intent(inout) :: temp(nlane)            !! [K]
+    real(rp), intent(in) :: c(nlane), before(nlane)   !! specific heat [J/(kg K)], temperature
+                                                      !! before [K]
+    real(rp), intent(inout) :: temp(nlane)            !! temperatures [K]
 
     if (.not. allocated(self%c_table)) return
     temp = before + self%c_table%rise(before, c*(temp - before))
@@ -210,7 +215,7 @@ contains
   pure real(rp) function elastic_energy(self, n, mass, temp, j, b)
     class(material_t), intent(in) :: self
     integer, intent(in) :: n
-    real(rp), intent(in) :: mass(nlane), temp(nlane)   !! [kg], [K]
+    real(rp), intent(in) :: mass(nlane), temp(nlane)   !! mass [kg], temperature [K]
     real(rp), intent(in) :: j(nlane), b(nlane, 6)      !! J, Bbar
 
     if (self%is_coupled) then
@@ -256,7 +261,7 @@ contains
     end do
   end subroutine init
 
-  !> The property at a temperature [K].
+  !> Property at a temperature [K].
   elemental real(rp) function at(self, t)
     class(heat_table_t), intent(in) :: self
     real(rp), intent(in) :: t
@@ -267,7 +272,7 @@ contains
     if (i > 0) at = at + self%slope(i)*(t - self%t(i))
   end function at
 
-  !> Its integral from 0 K to a temperature [K].
+  !> Integral of the property from 0 K to a temperature [K].
   elemental real(rp) function integral(self, t)
     class(heat_table_t), intent(in) :: self
     real(rp), intent(in) :: t

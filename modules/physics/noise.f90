@@ -15,7 +15,7 @@ module physics_noise
     logical :: takes_part(3) = .false.      !! components that are not zero
     logical :: alternates = .false.         !! alternating +A and -A along these axes
     integer :: seed = 1
-    real(rp) :: corner(3) = 0.0_rp          !! corner between lattice points [m]
+    real(rp) :: corner(3) = 0.0_rp          !! a corner between lattice points [m]
     real(rp) :: spacing(3) = 1.0_rp         !! spacing of the lattice [m]
   contains
     procedure :: velocity
@@ -26,7 +26,7 @@ contains
   !> Velocity of the particle that starts at the lattice point `x0` [m/s].
   pure function velocity(self, x0) result(v)
     class(noise_t), intent(in) :: self
-    real(rp), intent(in) :: x0(3)           !! [m]
+    real(rp), intent(in) :: x0(3)           !! initial position [m]
     real(rp) :: v(3)
     integer :: site(3), a
     integer(i8) :: bits
@@ -48,10 +48,10 @@ contains
     end do
   end function velocity
 
-  !> 32 bits, each of which depends on all 32 lower ones of `key`.
+  !> 32 bits, each of which depends on all lower 32 bits of `key`.
   pure integer(i8) function mixed(key)
     integer(i8), intent(in) :: key
-    integer(i8), parameter :: factor = 73244475_i8   ! odd, bits spread
+    integer(i8), parameter :: factor = 73244475_i8   ! an odd number with scattered bits
 
     mixed = iand(key, word)
     mixed = iand(ieor(mixed, ishft(mixed, -16))*factor, word)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> A single material point: its flow law along given increments of plastic strain and temperature,
-!> without elasticity. Second order in the increment.
+!> A single material point: the flow law along given increments of plastic strain and temperature,
+!> without elasticity, to second order in the increment.
 module physics_point
   use base_kinds, only: nlane, rp
   use physics_flow_law, only: n_work
@@ -10,12 +10,12 @@ module physics_point
 
   public :: point_t
 
-  real(rp), parameter :: rest_rate = 1.0e-12_rp  !! rate at which the flow stress of a resting point
-                                                 !! is evaluated [1/s]
+  real(rp), parameter :: rest_rate = 1.0e-12_rp  !! strain rate at which the flow stress of a point
+                                                 !! at rest is evaluated [1/s]
 
   type :: point_t
     real(rp) :: alpha = 0.0_rp           !! plastic strain
-    real(rp) :: temp = 298.0_rp          !! [K]
+    real(rp) :: temp = 298.0_rp          !! temperature [K]
     real(rp) :: rate = 1.0_rp            !! plastic strain rate [1/s]
     real(rp) :: sigma = 0.0_rp           !! flow stress at this rate [Pa]
     real(rp), allocatable :: state(:)    !! internal variables
@@ -44,7 +44,8 @@ contains
   subroutine strain_to(self, material, x, rate, temp)
     class(point_t), intent(inout) :: self
     type(material_t), intent(in) :: material
-    real(rp), intent(in) :: x, rate, temp         !! [-], [1/s], [K]
+    real(rp), intent(in) :: x, rate, temp         !! plastic strain increment [-], plastic strain
+                                                  !! rate [1/s], temperature [K]
     real(rp) :: work(nlane, n_work), lanes(nlane), log_rate(nlane)
     real(rp) :: state(nlane, material%flow%n_state)
 
@@ -63,7 +64,7 @@ contains
     self%sigma = strength(self, material)
   end subroutine strain_to
 
-  !> Do the same with heating by its own plastic work.
+  !> Increase the plastic strain by `x` at `rate`, with heating by the plastic work.
   subroutine strain_adiabatic(self, material, x, rate)
     class(point_t), intent(inout) :: self
     type(material_t), intent(in) :: material
@@ -83,7 +84,7 @@ contains
   subroutine anneal(self, material, dt)
     class(point_t), intent(inout) :: self
     type(material_t), intent(in) :: material
-    real(rp), intent(in) :: dt                    !! [s]
+    real(rp), intent(in) :: dt                    !! time step [s]
     real(rp) :: temp(nlane), rate(nlane), state(nlane, material%flow%n_state)
 
     if (.not. material%flow%anneals) return

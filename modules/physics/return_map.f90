@@ -10,7 +10,8 @@ module physics_return_map
 
   public :: default_min_rate, return_map
 
-  real(rp), parameter :: tolerance = 1.0e-6_rp            !! residual/q before the last correction
+  real(rp), parameter :: tolerance = 1.0e-6_rp            !! residual over q before the last
+                                                          !! correction
   integer, parameter :: max_iterations = 60, quick_iterations = 4
 
 contains
@@ -24,7 +25,7 @@ contains
   subroutine return_map(law, n, dt, temp, alpha, rate, q, g3, state, x, sigma, any_plastic, failed)
     class(flow_law_t), intent(in) :: law
     integer, intent(in) :: n                                !! particles in the block
-    real(rp), intent(in) :: dt                              !! [s]
+    real(rp), intent(in) :: dt                              !! time step [s]
     real(rp), intent(in) :: temp(nlane), alpha(nlane), rate(nlane)
     real(rp), intent(in) :: q(nlane), g3(nlane)             !! trial stress, 3 Gbar [Pa]
     real(rp), intent(inout) :: state(nlane, law%n_state)    !! internal variables, advanced by x
@@ -107,8 +108,8 @@ contains
     end do
   end subroutine solve
 
-  !> Bracket in ln x (its upper end is that of the whole block) and first guess `x`, `y` = ln x:
-  !> from the last rate, or a radial return at the smallest rate.
+  !> Bracket in ln x (its upper end is that of the whole block) and first guess `x`, `y` = ln x,
+  !> from the rate of the last step, or by a radial return at the smallest rate.
   pure subroutine start(min_rate, dt, q, g3, sigma, rate, plastic, low, high, x, y)
     real(rp), intent(in) :: min_rate, dt
     real(rp), dimension(nlane), intent(in) :: q, g3, sigma, rate

@@ -36,7 +36,7 @@ contains
     integer, intent(in) :: n_state                     !! at least that of the law
     real(rp), intent(inout) :: state(nlane, n_state)   !! internal variables of the law
     type(stress_sums_t), intent(inout) :: sums
-    real(rp), intent(in), optional :: factor(nlane)    !! on the squared wave speeds
+    real(rp), intent(in), optional :: factor(nlane)    !! factors on the squared wave speeds
     real(rp), dimension(nlane) :: before, q, mean, x, g3, stiffness
     logical :: has_table, plastic
 
@@ -68,10 +68,10 @@ contains
   subroutine elastic_stress(material, n, temp, b, j, tau, wave2)
     type(material_t), intent(in) :: material
     integer, intent(in) :: n
-    real(rp), intent(in) :: temp(nlane)                   !! [K]
+    real(rp), intent(in) :: temp(nlane)                   !! temperatures [K]
     real(rp), intent(inout) :: b(nlane, 6), j(nlane)      !! Bbar and J, unchanged
-    real(rp), intent(out) :: tau(nlane, 6)                !! [Pa]
-    real(rp), intent(out) :: wave2                        !! [m2/s2]
+    real(rp), intent(out) :: tau(nlane, 6)                !! Kirchhoff stress [Pa]
+    real(rp), intent(out) :: wave2                        !! squared wave speed [m2/s2]
     real(rp) :: l(nlane, 9), q(nlane), mean(nlane), stiffness(nlane)
 
     l = 0.0_rp
@@ -93,7 +93,8 @@ contains
     end do
   end function largest
 
-  !> Kirchhoff stress from the state, or with the decoupled energy from its deviator in `tau`.
+  !> Kirchhoff stress from the state, or with the decoupled energy from its deviator, passed in
+  !> `tau`.
   subroutine total_stress(material, temp, b, j, mean, tau, stiffness)
     type(material_t), intent(in) :: material
     real(rp), intent(in) :: temp(nlane), b(nlane, 6), j(nlane), mean(nlane)
@@ -129,7 +130,9 @@ contains
   !> of the rate; 0 for an elastic material.
   subroutine flow_strength(material, alpha, temp, rate, n_state, state, strength, slope)
     type(material_t), intent(in) :: material
-    real(rp), intent(in) :: alpha(nlane), temp(nlane), rate(nlane)   !! [-], [K], [1/s]
+    real(rp), intent(in) :: alpha(nlane), temp(nlane), rate(nlane)   !! plastic strain [-],
+                                                                     !! temperature [K], plastic
+                                                                     !! strain rate [1/s]
     integer, intent(in) :: n_state
     real(rp), intent(in) :: state(nlane, n_state)
     real(rp), intent(out) :: strength(nlane), slope(nlane)

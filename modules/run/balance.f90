@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> Load balance: boxes of nodes weighted by particle cost, redivided when the coming steps would
-!> overload a rank, and a record of the imbalance. Particles cost by their state instead of measured
-!> time, so that the same run is always partitioned alike.
+!> Load balance: boxes of nodes weighted by the cost of particles, redivided when the coming steps
+!> would overload a rank, and a record of the imbalance. The cost depends on the state of particles
+!> and not on measured time, so that the same run is always partitioned alike.
 module run_balance
   use base_kinds, only: nlane, rp
   use grid_geometry, only: box_t, grid_t, halo, make_patch, nearest_node, storage_nodes
@@ -19,11 +19,12 @@ module run_balance
   ! 2.84 ms, and 1.1 % of it without a tool, for the 314 particles at the face: 1.37 us each, 22
   ! awake ones. Two ranks then wait 1 % of a step; with 9, 14 and 32 for each 9, 7 and 6 %.
   real(rp), parameter :: cost_by_rest(0:2) = [1.0_rp, 0.04_rp, 0.035_rp]  !! awake, held, asleep
-  real(rp), parameter :: flow_cost = 0.15_rp                  !! added if a particle of the block
-                                                              !! flows
-  real(rp), parameter :: contact_cost = 22.0_rp               !! added in contact with a tool
-  real(rp), parameter :: contact_distance = 0.75_rp           !! contact of centres with a tool
-                                                              !! [spacings]
+  real(rp), parameter :: flow_cost = 0.15_rp                  !! cost added for each particle of a
+                                                              !! block in which a particle flows
+  real(rp), parameter :: contact_cost = 22.0_rp               !! cost added for a particle in
+                                                              !! contact with a tool
+  real(rp), parameter :: contact_distance = 0.75_rp           !! distance of a particle centre from
+                                                              !! a tool in contact [spacings]
 
 contains
 
@@ -52,7 +53,7 @@ contains
   !> sort.
   pure type(box_t) function reach_of(grid, extent) result(box)
     type(grid_t), intent(in) :: grid
-    real(rp), intent(in) :: extent(6)        !! [m]
+    real(rp), intent(in) :: extent(6)        !! largest coordinates and largest negative ones [m]
 
     box = box_t()
     if (extent(1) < -extent(4)) return
@@ -69,8 +70,9 @@ contains
     call sim%nodes%allocate_grids(sim%scene)
   end subroutine store_nodes
 
-  !> Collective, before migration: partition anew if a rank would be overloaded with the current
-  !> boxes; then all blocks may have to move. Record the imbalance of the steps until the next sort.
+  !> Collective, before migration: make a new partition if a rank would be overloaded with the
+  !> current boxes; then particles of all blocks may change rank. Record the imbalance of the steps
+  !> until the next sort.
   subroutine rebalance(sim, n_moving)
     type(simulation_t), intent(inout) :: sim
     integer, intent(inout) :: n_moving       !! blocks whose particles may change rank
@@ -81,7 +83,7 @@ contains
     if (sim%exchange%balance%now <= sim%scene%method%rebalance) return
     cuts = sim%exchange%balance%cuts
     call partition(sim)
-    if (sim%exchange%balance%cuts == cuts) return     ! no better boxes
+    if (sim%exchange%balance%cuts == cuts) return     ! the boxes have not changed
     n_moving = sim%particles%nblk
     call note_balance(sim, n_moving)
   end subroutine rebalance
@@ -149,7 +151,7 @@ contains
     call bisect(sim%world, sim%scene%grid, nodes, weight, boxes)
     if (all([(all(boxes(r)%lo == sim%exchange%boxes(r)%lo) &
               .and. all(boxes(r)%hi == sim%exchange%boxes(r)%hi), r=0, sim%world%size - 1)]) &
-        .and. associated(sim%nodes%g)) return  ! no better cut
+        .and. associated(sim%nodes%g)) return  ! the boxes would not change
     sim%exchange%balance%cuts = sim%exchange%balance%cuts + 1
     sim%exchange%boxes = boxes
     call store_nodes(sim)

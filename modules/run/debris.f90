@@ -19,8 +19,8 @@ module run_debris
 
 contains
 
-  !> Collective. Remove the particles outside the grid and record them. False if they do not qualify
-  !> as debris: then they stay, and `reason` says why. After a removal all particles must be sorted.
+  !> Collective. Remove the particles outside the grid and record them. If they do not qualify as
+  !> debris, they stay, and `reason` is the cause. After a removal all particles must be sorted.
   logical function remove_debris(sim, reason) result(is_removed)
     type(simulation_t), intent(inout) :: sim
     character(:), allocatable, intent(out) :: reason
@@ -35,7 +35,7 @@ contains
       outside = is_outside(sim%scene%grid, sim%particles, b)
       if (.not. any(outside)) cycle
       sums = sums + energies_of(sim%scene, sim%clock%mass_scaling, sim%particles, b, outside)
-      associate (ps => sim%particles%ps(:, :, b))          ! not so for NaN
+      associate (ps => sim%particles%ps(:, :, b))          ! comparisons with NaN are false
         is_removed = is_removed .and. &
                      all((norm2(ps(:, f_vel:f_vel + 2), 2) < wave_speed(sim%clock) .and. &
                           all(abs(ps(:, f_pos:f_pos + 2)) <= huge(1.0_rp), 2)) .or. .not. outside)
@@ -44,7 +44,7 @@ contains
     is_removed = sim%world%all_true(is_removed)
     if (.not. is_removed) return
     reason = ''
-    mass = [sums(4) + sim%budget%sums(d_mass), sim%budget%sums(d_mass)]   ! removed, all
+    mass = [sums(4) + sim%budget%sums(d_mass), sim%budget%sums(d_mass)]   ! removed, total [kg]
     do b = 1, sim%particles%nblk
       mass(2) = mass(2) + sum(sim%particles%ps(:sim%particles%count(b), f_mass, b))
     end do

@@ -160,7 +160,7 @@ contains
     is_finished = sim%scene%is_over(sim%clock%time, sim%clock%step) .or. sim%clock%is_stopped
   end function is_finished
 
-  !> Collective. One pass of the loop: sort if due, take a step, conduct heat if due.
+  !> Collective. One pass of the time loop: sort if due, take a step, conduct heat if due.
   subroutine advance(sim, status, message)
     type(simulation_t), intent(inout) :: sim
     integer, intent(inout) :: status
@@ -213,8 +213,8 @@ contains
     end if
   end subroutine advance
 
-  !> Step to try [s]. Unless &TIME DT fixes them, the last steps divide the remaining time evenly:
-  !> strain rates of a step much shorter than the one before are inaccurate.
+  !> Next time step to attempt [s]. Unless &TIME DT prescribes the steps, the last ones divide the
+  !> remaining time evenly: strain rates of a step much shorter than its predecessor are inaccurate.
   pure real(rp) function next_step(sim) result(dt)
     type(simulation_t), intent(in) :: sim
     real(rp), parameter :: n_final_steps = 20.0_rp          !! steps over which the remaining time
@@ -231,8 +231,8 @@ contains
     end associate
   end function next_step
 
-  !> Collective, between two steps. Write the output that is due, or at the end of the run the
-  !> `last`.
+  !> Collective, between two steps. Write the output that is due; `last`: also the output of the end
+  !> of the run.
   subroutine write_due(sim, writer, last, status, message, error)
     type(simulation_t), intent(inout) :: sim
     type(writer_t), intent(inout) :: writer
@@ -266,8 +266,8 @@ contains
     call sim%timer%lap(ph_sorting)
   end subroutine sort_if_due
 
-  !> Stop the run on all ranks if a particle is outside the grid and not debris. Ranks that are
-  !> ahead wait here; that time is not counted as sorting.
+  !> Stop the run on all ranks if a particle is outside the grid and not debris. Ranks wait here for
+  !> the others, which is not counted as sorting.
   subroutine check_inside(sim, status, message)
     type(simulation_t), intent(inout) :: sim
     integer, intent(inout) :: status

@@ -15,8 +15,8 @@ module run_mass_scaling
 
   public :: adapt_mass
 
-  real(rp), parameter :: peak_decay = 0.95_rp      !! decay of the recorded largest ratio from sort
-                                                   !! to sort
+  real(rp), parameter :: peak_decay = 0.95_rp      !! factor by which the recorded largest ratio
+                                                   !! decays from sort to sort
   real(rp), parameter :: max_growth = 1.25_rp      !! largest growth of the factor at a sort, and
                                                    !! smallest worth applying
   real(rp), parameter :: min_remaining = 0.1_rp    !! smallest fraction of the factor kept at a sort
@@ -25,7 +25,7 @@ module run_mass_scaling
 
 contains
 
-  !> Collective, at a sort, after the nodes in use have been listed: adapt the factor.
+  !> Collective, at a sort, after the nodes in use have been listed: adapt the mass scaling.
   subroutine adapt_mass(sim)
     type(simulation_t), intent(inout) :: sim
     real(rp) :: now(1), wanted

@@ -17,7 +17,7 @@ module run_order
 
 contains
 
-  !> Mark what is processed first: reflections at walls, and after a sort the awake border blocks.
+  !> Mark pairs at walls that are reflected first, and after a sort the awake border blocks.
   subroutine mark_border(sim, is_sorted_anew)
     type(simulation_t), intent(inout) :: sim
     logical, intent(in) :: is_sorted_anew

@@ -25,8 +25,8 @@ module run_regrid
 
 contains
 
-  !> Balance if needed, migrate, sort where that is due, and list the nodes in use. Do nothing if
-  !> the only reason is to wake sleepers, and these can wait.
+  !> Balance the load, migrate and sort particles as far as necessary, and list the nodes in use. Do
+  !> nothing if the only reason is to wake sleepers, and their waking can be deferred.
   subroutine regrid(sim)
     type(simulation_t), intent(inout) :: sim
     logical :: can_wait, sleepers_changed
@@ -43,8 +43,9 @@ contains
     call adapt_mass(sim)
   end subroutine regrid
 
-  !> Collective. Balance if needed, migrate and sort the particles, and list the nodes in use. This
-  !> changes neither the physics nor the schedule of later sorts, so that a restart may call it.
+  !> Collective. Balance the load if necessary, migrate and sort the particles, and list the nodes
+  !> in use. This changes neither the physics nor the schedule of later sorts, so that a restart may
+  !> call it.
   subroutine sort_particles(sim, sleepers_changed)
     type(simulation_t), intent(inout) :: sim
     logical, intent(in) :: sleepers_changed      !! sleepers differ from those at the last sort
@@ -68,8 +69,8 @@ contains
     call relist(sim, .true., sleepers_stay)
   end subroutine sort_particles
 
-  !> True if a particle may be a cell away from its place at the last sort, after two more steps
-  !> like the last one.
+  !> True if a particle may be more than a cell from its position at the last sort after two more
+  !> steps at the current speed.
   pure logical function may_leave_cell(sim)
     type(simulation_t), intent(in) :: sim
 
@@ -78,12 +79,12 @@ contains
   end function may_leave_cell
 
   !> Rest state from which particles keep their slots (their order only affects speed). Awake
-  !> particles are reordered when those with the same nodes are no longer together, sleepers after
-  !> many sorts.
+  !> particles are reordered when particles with the same nodes are scattered, sleepers after many
+  !> sorts.
   pure integer function kept_rest(sim) result(keep)
     type(simulation_t), intent(in) :: sim
-    integer, parameter :: sorts_per_full_sort = 100      ! sorts (SORT_INTERVAL) between two of all
-                                                         ! particles
+    integer, parameter :: sorts_per_full_sort = 100      ! sorts (SORT_INTERVAL) between two that
+                                                         ! reorder all particles
 
     keep = awake
     if (is_disordered(sim)) keep = held
@@ -120,8 +121,8 @@ contains
   !> block bounds, tool clearances.
   subroutine relist(sim, is_sorted_anew, sleepers_stay)
     type(simulation_t), intent(inout) :: sim
-    logical, intent(in) :: is_sorted_anew    !! not resumed
-    logical, intent(in) :: sleepers_stay     !! the same sleepers in the same blocks as before
+    logical, intent(in) :: is_sorted_anew    !! false in a resumed run
+    logical, intent(in) :: sleepers_stay     !! the sleepers and their blocks are unchanged
     logical, allocatable :: near(:, :, :)    !! nodes in reach of awake particles
     type(box_t) :: active(2)
     logical :: patch_is_too_small, has_sleep
@@ -336,7 +337,7 @@ contains
                  body => sim%scene%body(sim%particles%body(b)))
         least = huge(1.0_rp)
         do k = 1, size(sim%tool)
-          ! No more than the nearest particle and those that may touch need exact distances.
+          ! exact distances are needed only for the nearest particle and for those that may touch
           call sim%tool(k)%clearances(n, ps(:, f_pos:f_pos + 2), huge(1.0_rp), d, is_bound=.true.)
           cutoff = sim%tool(k)%clearance(ps(minloc(d(:n), 1), f_pos:f_pos + 2))
           cutoff = rounding*min(0.5_rp*huge(1.0_rp), max(cutoff, body%longest_diagonal()))

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Restart from a checkpoint, with checks that a run of this scene can have written its boxes of the
-!> ranks and its particles.
+!> Restart from a checkpoint, with checks that a run of this scene can have written the boxes of the
+!> ranks and the particles.
 module run_restart
   use base_errors, only: error_t
   use base_kinds, only: i8, nlane, rp
@@ -46,7 +46,7 @@ contains
     call read_checkpoint(sim%world, path, sim%particles, boxes, of_run%value, of_rank%value, &
                          same_ranks, error)
     if (error%is_set()) return
-    associate (layout => sim%scene%layout)   ! sleeping may change, and with it the last field
+    associate (layout => sim%scene%layout)   ! the field of sleeping may change
       plain = layout%n - merge(1, 0, layout%rest > 0)
       if (all(sim%particles%nf /= [plain, plain + 1])) call error%raise(path// &
         ': /particles/state: '//str(sim%particles%nf)//' fields, not '//str(plain))

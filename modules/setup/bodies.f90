@@ -37,7 +37,7 @@ contains
           b%widest = b%spacing
         end if
         b%material = find(scene%material%name, input%text('BODY', i, 'MATERIAL'))
-        b%material = max(1, b%material)            ! an unknown name is reported already
+        b%material = max(1, b%material)            ! an unknown name was reported before
         call check_stretch(input, i)
       end associate
     end do
@@ -49,7 +49,7 @@ contains
   subroutine check_round(input, body, spacing)
     type(input_t), intent(in) :: input
     integer, intent(in) :: body
-    real(rp), intent(inout) :: spacing(3)      !! [m]
+    real(rp), intent(inout) :: spacing(3)      !! particle spacing [m]
     type(solid_t), allocatable :: solids(:)
     logical :: is_across(3)
     character(8), parameter :: groups(3) = ['LOAD    ', 'SURFACE ', 'TRACTION']

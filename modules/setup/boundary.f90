@@ -54,7 +54,7 @@ contains
   subroutine read_clamps(input, group, place, scene)
     type(input_t), intent(in) :: input
     character(*), intent(in) :: group
-    integer, intent(inout) :: place       !! index of the last condition read
+    integer, intent(inout) :: place       !! index of the condition read last
     type(scene_t), intent(inout) :: scene
     class(clamp_t), allocatable :: clamp
     integer :: i
@@ -65,7 +65,7 @@ contains
       place = place + 1
       clamp%place = place
       associate (period => scene%grid%h*scene%grid%period)
-        where (period > 0.0_rp .and. clamp%upper - clamp%lower >= period)   ! no faces there
+        where (period > 0.0_rp .and. clamp%upper - clamp%lower >= period)   ! no faces
           clamp%lower = -huge(1.0_rp)
           clamp%upper = huge(1.0_rp)
         end where

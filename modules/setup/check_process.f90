@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Errors and warnings on the motion of the tools, and the table of it that `--check` prints.
+!> Errors and warnings on the motion of the tools, and the table of the motion that `--check`
+!> prints.
 module setup_check_process
   use base_kinds, only: pi, rp
   use base_log, only: say

@@ -39,8 +39,8 @@ contains
     end if
   end subroutine compare_scenes
 
-  !> Report files named by the scene whose content differs from that at the start of the run, by
-  !> their checksums in the checkpoint at `time` (input_resolved), but for paths that start later.
+  !> Report files named by the scene whose content, by the checksums in the checkpoint at `time`
+  !> (input_resolved), differs from that at the start of the run. Paths that start later may differ.
   subroutine compare_files(sums, new, time)
     character(*), intent(in) :: sums
     type(input_t), intent(in) :: new
@@ -87,7 +87,7 @@ contains
         call new%report(group, i, '', 'is missing: the scene of the checkpoint has'//of_them)
       end do
     end if
-    if (.not. new%table%groups(g)%repeats) n = 1   ! without it there are its defaults
+    if (.not. new%table%groups(g)%repeats) n = 1   ! an absent group has its defaults
     do i = 1, minval(n)
       do k = new%table%groups(g)%first, new%table%groups(g)%last
         associate (row => new%table%keys(k))
@@ -110,7 +110,7 @@ contains
     if (end_of <= 0.0_rp) end_of = huge(1.0_rp)
   end function end_of
 
-  !> Compare the values of one key with those that it had.
+  !> Compare the values of one key with its values in the checkpoint, `was`.
   subroutine compare_values(new, group, i, row, was)
     type(input_t), intent(in) :: new
     character(*), intent(in) :: group, was
@@ -197,9 +197,9 @@ contains
     end do
   end subroutine compare_motions
 
-  !> Report changes of the phases of a tool that have begun by the time of the checkpoint; it is not
-  !> known which have if some end at a load or temperature. A phase under way may end at another
-  !> time.
+  !> Report changes of the phases of a tool that have begun by the time of the checkpoint. If phases
+  !> end at a load or temperature, it is not known which have begun. A current phase may end at
+  !> another time.
   subroutine compare_motion(old, new, name, time)
     type(input_t), intent(in) :: old, new
     character(*), intent(in) :: name
@@ -266,7 +266,7 @@ contains
   end function may_end_early
 
   !> Times at which phase `k` of a tool begins and ends [s]. The first path that leads the tilt
-  !> counts from the start, as the tool tilts in the phases before as on it.
+  !> counts from the start of the run, as the tool has the tilt of the path in the phases before.
   subroutine find_times(input, name, k, begin, end)
     type(input_t), intent(in) :: input
     character(*), intent(in) :: name

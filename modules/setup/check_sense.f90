@@ -151,11 +151,11 @@ contains
   subroutine compare_clamps(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
-    real(rp) :: slack                                ! tolerance of places [m]
+    real(rp) :: slack                                ! tolerance of positions [m]
     integer :: i, j, n
 
     slack = 1.0e-6_rp*minval(scene%grid%h)
-    n = input%count('WALL') - size(scene%symmetry)   ! clamps of walls; those of &CLAMP follow
+    n = input%count('WALL') - size(scene%symmetry)   ! clamps of walls come first
     do i = 2, input%count('CLAMP')
       do j = 1, i - 1
         associate (one => scene%clamp(n + i)%clamp, other => scene%clamp(n + j)%clamp)

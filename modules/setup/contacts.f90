@@ -51,7 +51,7 @@ contains
     do i = 1, size(body, 2)
       if (any(body(:, i) == 0)) cycle
       k = index_of_contact(scene, scene%body(body(:, i))%group)
-      if (k == 0) cycle                                    ! is reported already
+      if (k == 0) cycle                                    ! reported before
       scene%contact(k)%group = scene%body(body(:, i))%group
       scene%contact(k)%normal = normal_gradient
       if (input%text('CONTACT', i, 'NORMAL') == 'regression') then

@@ -13,7 +13,7 @@ module setup_cut_cells
 
   public :: mesh_of, cut_cells
 
-  integer, parameter :: n_samples = 12         !! along each edge of a cut cell
+  integer, parameter :: n_samples = 12         !! samples along each edge of a cut cell
   real(rp), parameter :: inside = 1.0e-6_rp    !! relative distance of samples from faces
 
 contains
@@ -21,7 +21,7 @@ contains
   !> Mesh with cell edges of about `h` around all solids that add material.
   subroutine mesh_of(world, h, list, mesh)
     type(world_t), intent(in) :: world
-    real(rp), intent(in) :: h(3)               !! [m]
+    real(rp), intent(in) :: h(3)               !! cell edges [m]
     type(solids_t), intent(in) :: list(:)
     type(heat_mesh_t), intent(out) :: mesh
     real(rp), allocatable :: x(:), y(:), z(:)
@@ -103,9 +103,10 @@ contains
   !> centre agree.
   pure subroutine cut_cell(list, box, volume, face, body)
     type(solids_t), intent(in) :: list(:)
-    real(rp), intent(in) :: box(3, 2)          !! [m]
-    real(rp), intent(out) :: volume, face(6)   !! fractions in the solid
-    integer, intent(out) :: body               !! that the cell belongs to; 0: none
+    real(rp), intent(in) :: box(3, 2)          !! corners of the cell [m]
+    real(rp), intent(out) :: volume, face(6)   !! fractions of the volume and of the six faces in
+                                               !! the solid
+    integer, intent(out) :: body               !! body that the cell belongs to; 0: none
     real(rp), parameter :: at(4) = [inside, 0.25_rp, 0.75_rp, 1.0_rp - inside]
     real(rp) :: s(3)
     integer :: c, n_inside, body_here, n
@@ -134,7 +135,7 @@ contains
       x = box(:, 1) + part*(box(:, 2) - box(:, 1))
     end function place
 
-    !> Fractions from samples.
+    !> Volume and face fractions of the cell from samples.
     pure subroutine sample(volume, face)
       real(rp), intent(out) :: volume, face(6)
       real(rp) :: s(3)

@@ -29,7 +29,7 @@ contains
     class(field_t), allocatable :: field
     integer :: body, i
 
-    if (size(scene%material) == 0) return          ! reported already
+    if (size(scene%material) == 0) return          ! reported before
     do i = 1, input%count('FIELD')
       body = find(scene%body%name, input%text('FIELD', i, 'BODY'))
       if (body == 0) cycle
@@ -113,7 +113,7 @@ contains
     takes_part = [(index(input%text('FIELD', i, 'AXES'), 'xyz'(a:a)) > 0, a=1, 3)]
   end function axes_of
 
-  !> Angular frequency from FREQUENCY, or the natural one if that is 0 [rad/s].
+  !> Angular frequency [rad/s] from FREQUENCY, or `natural` if FREQUENCY is 0.
   real(rp) function rate_of(input, i, natural)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i

@@ -25,7 +25,7 @@ module setup_heat_scene
 
 contains
 
-  !> Check the heat conduction of a scene: missing keys, and what this build does not support.
+  !> Check the heat conduction of a scene: missing keys, and features that this build lacks.
   subroutine check_heat_scene(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
@@ -123,7 +123,7 @@ contains
     end do
   end subroutine check_materials
 
-  !> Report a solver that this build does not have.
+  !> Report a solver that this build lacks.
   subroutine check_solver(input)
     type(input_t), intent(in) :: input
     character(:), allocatable :: trouble

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Moving sources of heat-only scenes, shear stress of stirring ones from strength tables, and
-!> checks of what heats and conducts.
+!> Moving sources of heat-only scenes, shear stress of stirring sources from strength tables, and
+!> checks of sources and conductivities.
 module setup_heat_sources
   use base_kinds, only: pi, rp
   use heat_curve, only: curve_t, table_value
@@ -124,7 +124,7 @@ contains
     type(input_t), intent(in) :: input
     integer, intent(in) :: m                       !! index of the material
     real(rp), intent(in) :: conductivity            !! [W/(m K)]
-    real(rp), intent(in) :: capacity                !! [J/(m3 K)]
+    real(rp), intent(in) :: capacity                !! volumetric heat capacity [J/(m3 K)]
     type(heat_source_t), allocatable, intent(out) :: source(:)
     real(rp) :: effusivity(2), share
     integer :: i
@@ -167,7 +167,7 @@ contains
     end if
     last = 0.0_rp
     if (allocated(t)) last = t(size(t))
-    ! 0 at the melting temperature, over its last 5 % or above the last given temperature
+    ! 0 at the melting temperature; decreasing over its last 5 % or above the last given temperature
     t_melt = input%real('MATERIAL', m, 'T_MELT')
     from = softening_from(t_melt, last)
     sticking = sticking*max(0.0_rp, min(1.0_rp, (t_melt - step*[(k, k=0, n)])/(t_melt - from)))

@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: MIT
 !> The table of all groups and keys of the input file. A new key is a new row here or in
-!> setup_keys_body, _boundary and _tool; checks, defaults and the reference page follow. A restart
-!> may change the keys that `may_change` names: they control the rest of the run, not the state. Of
-!> &MOTION all future phases may change, of &SOURCE an END in the future (setup_check_restart).
+!> setup_keys_body, setup_keys_boundary or setup_keys_tool; checks, defaults and the reference page
+!> follow from it. A restart may change the keys that `may_change` names: they control the rest of
+!> the run, not the state. All future phases of &MOTION may change, and a future END of a &SOURCE
+!> (setup_check_restart).
 module setup_keys
   use hooks_list, only: add_hook_keys
   use input_key_table, only: key_table_t
@@ -120,7 +121,7 @@ contains
                       'SLEEP_DISTANCE SLEEP_STRESS SLEEP_HEAT')
   end subroutine add_method
 
-  !> Add the rows of these groups to the table.
+  !> Add the rows of &OUTPUT and of the groups of outputs to the table.
   subroutine add_output(t)
     type(key_table_t), intent(inout) :: t
 
@@ -194,8 +195,8 @@ contains
     call t%may_change('PATH', '*')
   end subroutine add_paths
 
-  !> The table. Columns: name, type, number of values (-n: up to n), unit, default, allowed,
-  !> meaning.
+  !> Table of all keys. Columns: name, type, number of values (-n: up to n), unit, default, allowed
+  !> values, meaning.
   function key_table() result(t)
     type(key_table_t) :: t
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Keys of &WALL, &LOAD, &TRACTION, &CONTACT, &HEAT and &SURFACE; those of clamps are in
+!> Keys of &WALL, &LOAD, &TRACTION, &CONTACT, &HEAT and &SURFACE; the keys of clamps are in
 !> simulation_conditions.
 module setup_keys_boundary
   use input_key_table, only: key_table_t
@@ -11,7 +11,7 @@ module setup_keys_boundary
 
 contains
 
-  !> Add the rows of these groups to the table.
+  !> Add the rows of walls, loads, tractions, contact and heat to the table.
   subroutine add_boundary(t)
     type(key_table_t), intent(inout) :: t
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Keys of &TOOL and &MOTION; those of the shapes are in tools_shapes.
+!> Keys of &TOOL and &MOTION; the keys of the shapes are in tools_shapes.
 module setup_keys_tool
   use base_text, only: joined
   use input_key_table, only: key_table_t

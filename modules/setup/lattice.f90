@@ -13,16 +13,16 @@ module setup_lattice
 
   integer, parameter :: straight = 0, rings = 1, shells = 2
 
-  !> Lattice with spacing [m], first point [m] and numbers of points along the axes. Round lattices:
-  !> numbers of rings or shells (from the outermost, inside `radius` [m]), of points on the largest,
-  !> along the axis.
+  !> Lattice with spacing [m], first point [m] and numbers of points along the axes. For round
+  !> lattices the numbers are those of rings or shells (from the outermost, inside `radius` [m]), of
+  !> points on the largest one, and of points along the axis.
   type :: lattice_t
     integer :: kind = straight
     real(rp) :: spacing(3) = 0.0_rp, origin(3) = 0.0_rp
     integer :: n(3) = 0, axis = 3
     real(rp) :: centre(3) = 0.0_rp, radius = 0.0_rp
-    type(grading_t) :: grading(3)   !! along graded axes rows are equidistant in grid coordinates,
-                                    !! `layer` apart from `bottom` [cells]
+    type(grading_t) :: grading(3)   !! grading of the axes; along graded axes rows are `layer` apart
+                                    !! from `bottom` on, in grid coordinates [cells]
     real(rp) :: layer(3) = 0.0_rp, bottom(3) = 0.0_rp
   contains
     procedure :: edges, is_straight, on_ring, pitch, point, share
@@ -69,7 +69,7 @@ contains
     type(scene_t), intent(in) :: scene
     type(body_t), intent(in) :: body
     integer, intent(in) :: a
-    real(rp), intent(in) :: corner, low, high     !! [m]
+    real(rp), intent(in) :: corner, low, high  !! corner of lattice, ends of the body [m]
     type(lattice_t), intent(inout) :: lattice
     real(rp) :: layers
 

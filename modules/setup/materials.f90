@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Materials from the input: elasticity, heat, and the flow law that LAW names; thermal properties
-!> that a scene needs of them, as none has a default.
+!> Materials from the input: elasticity, heat, and the flow law that LAW names; checks that the
+!> thermal properties needed by the scene are given, as none has a default.
 module setup_materials
   use base_kinds, only: rp
   use input_tables, only: rises

@@ -22,8 +22,8 @@ module setup_method
   real(rp), parameter :: nearly_incompressible = 6.0_rp
 
   !> Elastic strains of flowing material [-]: recommended, and the largest without a warning.
-  !> Plastic strains are of order 1; tests/verification/ablation.md has the errors that larger ones
-  !> cause.
+  !> Plastic strains are of order 1; tests/verification/ablation.md has the errors caused by larger
+  !> elastic strains.
   real(rp), parameter :: small_strain = 0.02_rp, large_strain = 0.05_rp
   real(rp), parameter :: cubic = 1.0_rp + 1.0e-6_rp   !! largest edge ratio of a cube
   real(rp), parameter :: max_growth = 1.3_rp + 1.0e-6_rp   !! largest ratio of neighbouring cells
@@ -140,8 +140,8 @@ contains
     end do
   end function elastic_strain
 
-  !> Decide on selective mass scaling; warn if the elastic scaling strains metal much before it
-  !> flows. Method, bodies and groups of bodies must have been read.
+  !> Decide on selective mass scaling; warn if the elastic scaling leads to large elastic strains of
+  !> metal before it flows. Method, bodies and groups of bodies must have been read.
   subroutine read_selective_scaling(input, scene, tool)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene

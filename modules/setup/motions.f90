@@ -15,7 +15,7 @@ module setup_motions
 
   public :: check_paths, read_motion
 
-  real(rp), parameter :: fastest = 0.1_rp      !! speed on a path [wave speeds of the metal]
+  real(rp), parameter :: fastest = 0.1_rp      !! largest speed on a path [wave speeds of the metal]
 
 contains
 
@@ -136,7 +136,7 @@ contains
     upper = scene%grid%upper()
     waves = huge(1.0_rp)
     do b = 1, size(scene%body)
-      if (input%diagnostics%count() > 0) exit            ! a material may have no wave speed
+      if (input%diagnostics%count() > 0) exit            ! the material may have no wave speed
       if (scene%body(b)%material == 0 .or. scene%body(b)%is_rigid()) cycle
       waves = min(waves, scene%material(scene%body(b)%material)%wave_speed() &
                          /sqrt(scene%method%mass_scaling))

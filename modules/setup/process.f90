@@ -14,10 +14,10 @@ module setup_process
   public :: survey_tool, tool_survey_t, undefined
 
   real(rp), parameter :: undefined = huge(1.0_rp)  !! value of an undefined length or time
-  integer, parameter :: most_samples = 1000       !! time samples per phase
+  integer, parameter :: most_samples = 1000       !! largest number of time samples of a phase
   real(rp), parameter :: gap_in_cells = 0.05_rp   !! distance that counts as contact [cells]
 
-  !> Surroundings of a tool.
+  !> Surroundings of a tool: bodies, grid and walls.
   type :: surroundings_t
     type(solids_t), allocatable :: solids(:)      !! solids of the other bodies
     real(rp) :: lower(3) = 0.0_rp, upper(3) = 0.0_rp   !! box around deformable bodies [m]
@@ -33,23 +33,24 @@ module setup_process
     integer :: motion = 0                         !! index of its &MOTION; 0: none
     integer :: n_samples = 48                     !! time samples
     real(rp) :: from = 0.0_rp, to = 0.0_rp        !! start and end time [s]
-    real(rp) :: path_length = 0.0_rp              !! [m]
-    real(rp) :: speed = 0.0_rp                    !! maximum [m/s]
-    real(rp) :: spin = 0.0_rp                     !! that of largest magnitude [rad/s]
+    real(rp) :: path_length = 0.0_rp              !! length of the path [m]
+    real(rp) :: speed = 0.0_rp                    !! largest speed [m/s]
+    real(rp) :: spin = 0.0_rp                     !! spin of largest magnitude [rad/s]
     real(rp) :: depth = undefined  !! depth of the lowest tool point below the plate top [m]
     real(rp) :: bottom = undefined     !! least height of the tool above the plate bottom [m]
     real(rp) :: edge = undefined  !! least distance of the tool rim to a plate edge [m]
     real(rp) :: side = undefined   !! least distance of the tool to a grid side or wall [m]
     real(rp) :: off_plate = 0.0_rp                !! path length beside the plate after contact [m]
-    real(rp) :: off_plate_from = undefined              !! time at which it leaves the plate [s]
+    real(rp) :: off_plate_from = undefined              !! time at which the tool leaves the plate
+                                                        !! [s]
   end type phase_survey_t
 
   !> Survey of all phases of a tool.
   type :: tool_survey_t
     type(phase_survey_t), allocatable :: phase(:)
     real(rp) :: touch = undefined                 !! time of first contact [s]
-    real(rp) :: through = undefined   !! time at which it penetrates the plate bottom [s]
-    logical :: is_in_grid = .false.               !! reaches into the grid at any time
+    real(rp) :: through = undefined   !! time at which the tool penetrates the plate bottom [s]
+    logical :: is_in_grid = .false.               !! the tool is in the grid at some time
     real(rp) :: plate(3, 2) = 0.0_rp              !! box around the deformable bodies [m]
     real(rp) :: lower(3) = 0.0_rp, upper(3) = 0.0_rp   !! bounding box at t = 0 [m]
   end type tool_survey_t
@@ -164,7 +165,7 @@ contains
     end if
   end subroutine draw_outline
 
-  !> Phases of the input up to the end of the run, and the rest after them.
+  !> Phases of the input up to the end of the run, and the rest of the run after them.
   subroutine list_phases(input, scene, tool, phase)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
@@ -201,7 +202,7 @@ contains
     end if
   end subroutine list_phases
 
-  !> Sample a phase with a copy of the tool that is moved.
+  !> Sample the distances in a phase by moving a copy of the tool.
   subroutine sample_phase(surroundings, now, outline, survey, phase)
     type(surroundings_t), intent(in) :: surroundings
     type(tool_t), intent(inout) :: now
@@ -248,7 +249,7 @@ contains
     real(rp) :: deepest, lower(3), upper(3)
     integer :: p
 
-    if (size(x, 2) == 0) then                     ! infinite extent
+    if (size(x, 2) == 0) then                     ! tool of infinite extent
       survey%is_in_grid = survey%is_in_grid .or. cuts_grid(surroundings, now)
       deepest = -huge(1.0_rp)
       do p = 1, size(surroundings%body_points, 2)

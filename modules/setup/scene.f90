@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Build the scene from the checked input: grid, materials, bodies, walls, tools, method, output.
-!> Errors that need several groups (shapes outside the grid, methods that exclude each other) are
-!> added to those found before.
+!> Errors that depend on several groups (shapes outside the grid, methods that exclude each other)
+!> are added to the errors found before.
 module setup_scene
   use base_kinds, only: i8, rp
   use base_text, only: str
@@ -50,12 +50,12 @@ contains
     integer :: i
 
     allocate (axes, source=trim(input%text('GRID', 1, 'GRADED')))
-    if (axes == 'none' .or. .not. input%given('GRID', 1, 'FINE')) return   ! is reported already
+    if (axes == 'none' .or. .not. input%given('GRID', 1, 'FINE')) return   ! reported before
     allocate (fine, source=input%list('GRID', 1, 'FINE'))
     growth = input%real('GRID', 1, 'GROWTH')
     largest = input%real('GRID', 1, 'LARGEST_CELL')
     if (largest <= 0.0_rp) largest = maxval(grid%h)
-    if (growth < 1.0_rp) return              ! is reported already
+    if (growth < 1.0_rp) return              ! reported before
     if (size(fine) /= 2*len(axes)) then
       call input%report('GRID', 1, 'FINE', 'must be two places along each of the axes '//axes)
       grid%n = 0
@@ -67,11 +67,13 @@ contains
     end do
   end subroutine read_grading
 
-  !> Grade axis `a` of `grid`, with equal cells between the places `fine`.
+  !> Grade axis `a` of `grid`, with equal cells between the positions `fine`.
   subroutine grade_axis(input, a, upper, fine, growth, largest, grid)
     type(input_t), intent(in) :: input
     integer, intent(in) :: a
-    real(rp), intent(in) :: upper(3), fine(2), growth, largest   !! [m], [m], [-], [m]
+    real(rp), intent(in) :: upper(3), fine(2), growth, largest   !! upper corner [m], range [m],
+                                                                 !! growth factor [-], largest cell
+                                                                 !! [m]
     type(grid_t), intent(inout) :: grid
     real(rp) :: cells, ends(2), h
     type(grading_t) :: grading
@@ -296,7 +298,7 @@ contains
     end associate
   end subroutine lay_out_fields
 
-  !> Read the grid. After an error it has no nodes, and nothing else is checked against it.
+  !> Read the grid. After an error it has no nodes, and no further checks use it.
   subroutine read_grid(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
@@ -308,7 +310,7 @@ contains
     lower = input%reals('GRID', 1, 'LOWER', 3)
     upper = input%reals('GRID', 1, 'UPPER', 3)
     allocate (edges, source=input%list('GRID', 1, 'CELL'))
-    if (.not. input%given('GRID', 1, 'UPPER') .or. size(edges) == 0) return   ! is reported already
+    if (.not. input%given('GRID', 1, 'UPPER') .or. size(edges) == 0) return   ! reported before
     if (any(edges <= 0.0_rp)) return
     if (size(edges) == 2) then
       call input%report('GRID', 1, 'CELL', 'must be one edge of cubes, or one for each of the '// &
@@ -347,7 +349,7 @@ contains
     allocate (probes%name(probes%n), probes%x(3, probes%n), probes%temperature(probes%n), &
               probes%is_mine(probes%n), probes%group(probes%n))
     probes%group = 1
-    probes%temperature = 298.0_rp            ! [K], until `warm_probes`
+    probes%temperature = 298.0_rp            ! initial value [K], until `update_probe_temperatures`
     probes%is_mine = .false.
     top = scene%grid%upper()
     do i = 1, probes%n

@@ -25,8 +25,8 @@ module setup_sinks
 
 contains
 
-  !> Backings of all &SURFACE groups; of several for one face the last holds. The films of the
-  !> faces must have been read.
+  !> Backings of all &SURFACE groups; the last one of a face has effect. The films of the faces must
+  !> have been read.
   subroutine read_backings(input, scene, backing)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene

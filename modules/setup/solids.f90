@@ -14,7 +14,7 @@ module setup_solids
 
   integer, parameter, public :: solid_box = 1, solid_cylinder = 2, solid_sphere = 3, &
                                 solid_trapezoid = 4
-  !> Values of KIND for these solids.
+  !> Values of KIND of the solids.
   character(9), parameter :: names(4) = ['box      ', 'cylinder ', 'sphere   ', 'trapezoid']
 
   !> A solid.

@@ -59,7 +59,7 @@ contains
   subroutine list_positions(input, i, position)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
-    real(rp), allocatable, intent(out) :: position(:, :)  !! (3, n) [m]
+    real(rp), allocatable, intent(out) :: position(:, :)  !! positions, (3, n) [m]
     real(rp) :: low(3), side(3), step
     integer :: n(3)
 
@@ -104,7 +104,7 @@ contains
     real(rp), intent(in) :: side(3)          !! edges of the box, or the length of the line [m]
     integer, intent(out) :: n(3)
     real(rp), intent(out) :: spacing         !! [m]; 0: not given
-    logical :: is_line                       ! its ends are among the points
+    logical :: is_line                       ! the ends of the line are among the points
     real(rp) :: all
 
     n = 0
@@ -125,7 +125,7 @@ contains
       where (n == 0) n = n(1)
       if (any(n < 1)) then
         n = 0
-        return                               ! is reported already
+        return                               ! reported before
       end if
       all = product(real(n, rp))
       if (is_line) all = n(1)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Memory that a scene needs, before anything is allocated; volumes of the shapes and of the
-!> particles which fill them.
+!> Memory that a scene needs, checked before it is allocated; volumes of the shapes and of the
+!> particles that fill them.
 module setup_volumes
   use base_kinds, only: rp
   use base_log, only: say
@@ -18,21 +18,25 @@ module setup_volumes
   public :: check_memory, check_volumes, filled_share, measure_volumes, report_volumes, volumes_t
 
   ! Lower bounds of measured values (docs/speed.md), so that a scene that fits is never rejected.
-  real(rp), parameter :: per_field = 12.0_rp    !! per particle and field, with reserve [bytes]
-  real(rp), parameter :: per_node = 64.0_rp       !! per grid node [bytes]
-  real(rp), parameter :: per_cell = 100.0_rp      !! per cell of a heat-only run [bytes]
-  real(rp), parameter :: max_lattice_points = 4.0e9_rp  !! per rank: more take minutes to fill
+  real(rp), parameter :: per_field = 12.0_rp    !! lower bound per particle and field, with reserve
+                                                !! [bytes]
+  real(rp), parameter :: per_node = 64.0_rp       !! lower bound per grid node [bytes]
+  real(rp), parameter :: per_cell = 100.0_rp      !! lower bound per cell of a heat-only run [bytes]
+  real(rp), parameter :: max_lattice_points = 4.0e9_rp  !! largest number of lattice points per
+                                                        !! rank, as more take minutes to fill
 
   !> Volume that each shape of a body adds (positive) or removes (negative).
   type :: volumes_t
     integer, allocatable :: shape(:)                        !! indices of the &SHAPE groups
-    real(rp), allocatable :: exact(:)                       !! by geometry [m3]
-    real(rp), allocatable :: filled(:)                      !! by particles [m3]
+    real(rp), allocatable :: exact(:)                       !! volume by geometry [m3]
+    real(rp), allocatable :: filled(:)                      !! volume of the particles [m3]
   end type volumes_t
 
-  real(rp), parameter :: max_error = 0.02_rp               !! relative error without a warning
+  real(rp), parameter :: max_error = 0.02_rp               !! largest relative error of the volume
+                                                           !! without a warning
   integer, parameter :: max_level = 7   !! subdivisions of the box around a shape for its volume
-  integer, parameter :: cut_level = 3   !! those of them in cells that its surface cuts alone
+  integer, parameter :: cut_level = 3   !! subdivisions that only follow cells cut by the surface of
+                                        !! the shape
   real(rp), parameter :: inset = 1.0e-6_rp  !! inset of sampled corners of a cell, over its edge
 
 contains
@@ -92,7 +96,7 @@ contains
   !> Number of cells along each axis from `lower` to `upper`, not rounded.
   pure function cells_in(scene, lower, upper) result(cells)
     type(scene_t), intent(in) :: scene
-    real(rp), intent(in) :: lower(3), upper(3)   !! [m]
+    real(rp), intent(in) :: lower(3), upper(3)   !! lower corner, upper corner [m]
     real(rp) :: cells(3)
     integer :: a
 
@@ -107,7 +111,7 @@ contains
   !> Share of a box that is inside all bodies of a list, estimated from samples.
   pure real(rp) function filled_share(list, lower, edges)
     type(solids_t), intent(in) :: list(:)
-    real(rp), intent(in) :: lower(3), edges(3)   !! [m]
+    real(rp), intent(in) :: lower(3), edges(3)   !! lower corner, edges [m]
     integer, parameter :: n = 24                 ! samples along each axis
     real(rp) :: x(3)
     integer :: b, hits, i, j, k
@@ -166,7 +170,7 @@ contains
   !> Share of a cell that the last solid adds or removes, by recursive subdivision.
   pure recursive real(rp) function change_in_cell(solid, corner, edge, left) result(part)
     type(solid_t), intent(in) :: solid(:)
-    real(rp), intent(in) :: corner(3), edge(3)              !! [m]
+    real(rp), intent(in) :: corner(3), edge(3)  !! corner of the cell, edges of the cell [m]
     integer, intent(in) :: left                             !! remaining subdivisions
     real(rp) :: at(3)
     integer :: c, first, now
@@ -222,7 +226,7 @@ contains
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body
     type(solid_t), intent(in) :: solid(:)
-    real(rp), intent(inout) :: filled(:)                    !! [m3]
+    real(rp), intent(inout) :: filled(:)                    !! volumes of the particles [m3]
     type(lattice_t) :: lattice
     real(rp) :: volume, x(3)
     integer :: i, j, k, s

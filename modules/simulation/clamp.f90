@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Clamps, nodes in a box that move with a given velocity (boundary_clamps). A condition that
 !> prescribes another velocity, of position and time, is a type that extends this one in a file of
-!> its own (keys, their reading, the velocity), and one line in `simulation_conditions`.
+!> its own (its keys, reading them, the velocity), and one line in `simulation_conditions`.
 module simulation_clamp
   use base_kinds, only: rp
   use input_key_table, only: key_table_t
@@ -13,12 +13,12 @@ module simulation_clamp
 
   type :: clamp_t
     integer :: place = 0                  !! index among the conditions of the scene
-    real(rp) :: lower(3) = -huge(1.0_rp)  !! lower corner [m]; -huge: no face
+    real(rp) :: lower(3) = -huge(1.0_rp)  !! lower corner [m]; -huge: no face on this side
     real(rp) :: upper(3) = huge(1.0_rp)
     logical :: held(3) = .true.       !! held components of the velocity
     logical :: is_wall = .false.      !! a &WALL, not a &CLAMP
     real(rp) :: velocity(3) = 0.0_rp  !! velocity of all nodes at all times if it is uniform [m/s]
-    logical :: is_uniform = .true.    !! else `velocity_at` gives the velocity
+    logical :: is_uniform = .true.    !! the velocity is uniform; otherwise `velocity_at` gives it
   contains
     procedure, nopass :: add_keys
     procedure :: read_keys, moves, velocity_at
@@ -47,7 +47,7 @@ contains
                'components of the velocity that are held')
   end subroutine add_box_keys
 
-  !> Read the `i`-th group.
+  !> Read the keys of the `i`-th group.
   subroutine read_keys(self, input, i)
     class(clamp_t), intent(inout) :: self
     type(input_t), intent(in) :: input
@@ -57,7 +57,7 @@ contains
     self%velocity = input%reals('CLAMP', i, 'VELOCITY', 3)
   end subroutine read_keys
 
-  !> Box and components from the `i`-th `group`.
+  !> Read the box and the held components of the `i`-th `group`.
   subroutine read_box(self, input, group, i)
     class(clamp_t), intent(inout) :: self
     type(input_t), intent(in) :: input
@@ -85,7 +85,7 @@ contains
   !> Velocity of a node at `x` in the step from time `t` [m/s], if it is not uniform.
   pure function velocity_at(self, x, t) result(v)
     class(clamp_t), intent(in) :: self
-    real(rp), intent(in) :: x(3), t                !! [m], [s]
+    real(rp), intent(in) :: x(3), t                !! position [m], time [s]
     real(rp) :: v(3)
 
     v = self%velocity

@@ -14,7 +14,7 @@ module simulation_conditions
   !> `make_clamp`.
   character(16), parameter :: clamp_groups(1) = [character(16) :: 'CLAMP']
 
-  !> A condition of any kind.
+  !> A condition that prescribes velocities, of any type.
   type :: held_t
     class(clamp_t), allocatable :: clamp
   end type held_t

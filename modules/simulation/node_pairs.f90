@@ -14,7 +14,7 @@ module simulation_node_pairs
   ! Indices of the sums of an entry: volume gradients of both bodies; moments of the particles of
   ! both.
   integer, parameter, public :: s_gradient = 1, s_moment = 7, n_sums_gradient = 6, n_sums_all = 20
-  ! What is kept of an entry: its number, normal, surfaces, path.
+  ! Values of an entry that are kept between steps: identifier, normal, surfaces, path.
   integer, parameter, public :: n_kept = 7
   real(rp), parameter, public :: min_weight = 1.0e-6_rp   !! smallest weight of a particle that
                                                           !! counts for the gap
@@ -28,14 +28,15 @@ module simulation_node_pairs
                                 n_bundle = 27, n_box = 7
 
   integer :: i_, j_, k_
-  !> Rows, behind the first, of the weights (slopes) along x, y, z of each of the 27 nodes.
+  !> Rows of the bundle, counted from the first row of weights (slopes), of the weights (slopes)
+  !> along x, y, z of each of the 27 nodes.
   integer, parameter, public :: axis_rows(3, 27) = &
     reshape([(((i_, 3 + j_, 6 + k_, k_=0, 2), j_=0, 2), i_=0, 2)], [3, 27])
 
   !> Particles with weight at entries, in bundles by the corner of their 27 nodes.
   type :: near_t
     integer :: n_corners = 0
-    integer, allocatable :: corner(:)          !! (n_corners) node index
+    integer, allocatable :: corner(:)          !! (n_corners) node index of each corner
     integer, allocatable :: bin(:, :)          !! (nn, bodies) last bundle at a corner; 0: none; -1:
                                                !! not a corner
     integer :: n_bundles = 0
@@ -61,20 +62,22 @@ module simulation_node_pairs
     integer :: n = 0
     logical :: is_known = .false.              !! valid for the current particle positions
     integer, allocatable :: first(:)           !! (nn) first entry of each node; 0: none
-    integer, allocatable :: found(:, :)        !! (3, n or more) scratch while entries are listed
+    integer, allocatable :: found(:, :)        !! scratch array for listing entries
     integer, allocatable :: node(:), pair(:)   !! (n) node and contact of each entry
     logical, allocatable :: is_owned(:)        !! this rank records the entry
     real(rp), allocatable :: lightest(:)       !! (groups) mass of the lightest particle [kg]
-    real(rp), allocatable :: start(:, :)       !! (6, bodies) stretches b at which their particles
-                                               !! had the initial edges
-    logical, allocatable :: may_touch(:)       !! bodies with a &CONTACT may have a finite gap
+    real(rp), allocatable :: start(:, :)       !! (6, bodies) stretches b at which the particles
+                                               !! have their initial edges
+    logical, allocatable :: may_touch(:)       !! the bodies of the entry have a &CONTACT and may
+                                               !! have a finite gap
     logical, allocatable :: is_shared(:)       !! other ranks or images contribute particles
     integer, allocatable :: state(:)           !! is_apart, is_sliding or is_stuck, see tools_pair
     real(rp), allocatable :: x(:, :)           !! (3, n) position of the node [m]
     real(rp), allocatable :: free(:, :)        !! (3, n) 1, or 0 where a wall holds the node
     real(rp), allocatable :: sums(:, :)        !! (n_sums_gradient or n_sums_all, n)
     real(rp), allocatable :: trial(:, :, :)    !! (3, n_trials - 1, n) trial normals
-    real(rp), allocatable :: mean(:, :)        !! (3, n) the last trial normal, a mean
+    real(rp), allocatable :: mean(:, :)        !! (3, n) last trial normal, a mean over the
+                                               !! surrounding nodes
     real(rp), allocatable :: surface(:, :, :)  !! (2, n_trials, n) positions of both surfaces along
                                                !! the trial normals [m]
     real(rp), allocatable :: normal(:, :)      !! (3, n) chosen normal, out of the first body
@@ -82,15 +85,17 @@ module simulation_node_pairs
                                                !! body along the normal, of the second against it
                                                !! [m]
     real(rp), allocatable :: gap(:)            !! gap [m]
-    integer, allocatable :: item(:, :)         !! (3, n) the first body's items begin behind the
-                                               !! first, the second's behind the second of these
+    integer, allocatable :: item(:, :)         !! (3, n) the items of the first body lie behind the
+                                               !! first of these indices, those of the second body
+                                               !! behind the second index
     integer, allocatable :: outermost(:, :)    !! (2, n) items with the outermost particles
     real(rp), allocatable :: heat(:, :)        !! (2, n) friction heat over mass of both [J/kg]
     logical, allocatable :: is_due(:)          !! the normal is found in this step
-    real(rp), allocatable :: way(:)            !! (n) path of the bodies since then [m]
-    real(rp), allocatable :: kept(:, :)        !! (n_kept, ) entries of the last step with a gap at
-                                               !! nodes of this rank (after gather_kept of all
-                                               !! ranks), in the order of their numbers
+    real(rp), allocatable :: way(:)            !! (n) path of the bodies since the normal was found
+                                               !! [m]
+    real(rp), allocatable :: kept(:, :)        !! (n_kept, n) entries of the last step with a gap at
+                                               !! nodes of this rank (after `gather_kept` at nodes
+                                               !! of all ranks), in the order of their identifiers
     type(near_t) :: near
   contains
     procedure :: reset, reserve, place, gather_kept
@@ -254,8 +259,8 @@ contains
     end if
   end function place
 
-  !> Collective. Give the kept entries of all ranks to each rank: other ranks may own their nodes
-  !> from now on.
+  !> Collective. Give the kept entries of all ranks to every rank, before the nodes get other
+  !> owners.
   subroutine gather_kept(self, world)
     class(node_pairs_t), intent(inout) :: self
     type(world_t), intent(in) :: world

@@ -30,7 +30,7 @@ module simulation_nodes
                                              !! above a node
     integer :: n_ranges = 0                  !! runs of consecutive nodes in use
     integer, allocatable :: range(:, :)      !! (3, n) first node, last node, 1 if owned
-    ! The same for the nodes of all particles, if some sleep; conduction swaps the two lists.
+    ! Nodes used by all particles if some sleep; conduction exchanges the two lists.
     integer :: n_resting_ranges = 0
     integer, allocatable :: resting_range(:, :)
     real(rp), pointer, contiguous :: rec(:, :, :) => null()  !! (8, 4, nlane) scratch of the kernels
@@ -152,7 +152,7 @@ contains
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(nodes_t), intent(in) :: nodes
-    real(rp), intent(in) :: dt              !! [s]
+    real(rp), intent(in) :: dt              !! time step [s]
     real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
     real(rp) :: least
     integer :: k, r

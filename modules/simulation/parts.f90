@@ -25,7 +25,7 @@ module simulation_parts
 
   !> Three nodes across the face of a clamp that lies between nodes (boundary_clamps).
   type :: column_t
-    integer :: node(3) = 0                   !! 0: not stored here
+    integer :: node(3) = 0                   !! storage indices; 0: not stored on this rank
     real(rp) :: weight(3) = 0.0_rp           !! weights of the nodal velocities at the face
     real(rp) :: tail(3) = 0.0_rp             !! mass of a node at a body that ends at the face, over
                                              !! that of a node inside
@@ -55,8 +55,8 @@ module simulation_parts
     real(rp), allocatable :: mass_behind(:, :)          !! (n_pairs, n_groups) this rank's mass or
                                                         !! capacity behind the plane, before
                                                         !! reflection
-    real(rp), allocatable :: resting_mass_behind(:)     !! (n_pairs) the same of particles at rest,
-                                                        !! if there are any
+    real(rp), allocatable :: resting_mass_behind(:)     !! (n_pairs) mass behind the plane of
+                                                        !! particles at rest, if there are any
     real(rp), allocatable :: lost(:, :)                 !! (8, planes) change of the sum over the
                                                         !! nodes by reflections
   end type mirrors_t
@@ -65,10 +65,12 @@ module simulation_parts
     logical, allocatable :: is_held(:)       !! (nn) nodes held by a clamp or wall, or behind one
     integer :: n_fixed = 0
     integer, allocatable :: fixed(:, :)      !! (3, n) node, clamp, 1 if owned
-    integer, allocatable :: listed_node(:, :)         !! the same with nodes that yield to tools
+    integer, allocatable :: listed_node(:, :)         !! (3, n) `fixed` with the nodes that are
+                                                      !! released near tools
     integer :: n_columns = 0
     type(column_t), allocatable :: column(:)  !! columns of nodes across the faces of clamps
-    type(column_t), allocatable :: listed_column(:)   !! the same with those that yield to tools
+    type(column_t), allocatable :: listed_column(:)   !! `column` with the columns that are released
+                                                      !! near tools
     type(column_nodes_t) :: along(3)          !! nodes of the columns along each axis
     type(mirrors_t) :: mirrors                !! mirror nodes used in steps
     type(mirrors_t) :: resting_mirrors        !! mirror nodes of all particles, if some sleep
@@ -78,9 +80,11 @@ module simulation_parts
   !> acts; hooks_list makes one for each group.
   type, abstract :: hook_t
     character(32) :: name = ''               !! group and number, as in 'source1'
-    !> Names and units of its sums over steps and ranks: the columns NAME_column of the history.
+    !> Names and units of the sums of the hook over steps and ranks: columns NAME_column of the
+    !> history.
     character(16), allocatable :: column(:), unit(:)
-    integer :: last = 0                      !! index of the sum before its first in budget%hooks
+    integer :: last = 0                      !! index in budget%hooks of the sum before the first
+                                             !! one of this hook
     real(rp), allocatable :: state(:)        !! further state for checkpoints, equal on all ranks
   contains
     procedure(add_hook_keys), deferred, nopass :: add_keys
@@ -88,7 +92,7 @@ module simulation_parts
     procedure :: after_nodes, give_heat, after_step
   end type hook_t
 
-  !> A pointer, so that a hook is no part of the simulation that it is given.
+  !> Pointer to a hook, so that the hook is no part of the simulation that is passed to it.
   type :: held_hook_t
     class(hook_t), pointer :: it => null()
   end type held_hook_t
@@ -120,12 +124,13 @@ module simulation_parts
     real(rp) :: row_time = 0.0_rp            !! time of the last row [s]
     integer(i8) :: rows = 0                  !! rows written so far
     real(rp), allocatable :: row_sums(:, :)  !! sums of each tool at the last row, of all ranks
-    real(rp), allocatable :: row_gained(:, :)  !! increase of these between the last two rows
+    real(rp), allocatable :: row_gained(:, :)  !! increase of the sums of each tool between the last
+                                               !! two rows
     real(rp), allocatable :: row_impulse(:, :)   !! impulses of conditions at the last row [N s]
   end type history_t
 
-  !> Each part is owned by the library of its type; procedures of lower libraries
-  !> take the parts they use.
+  !> State of a simulation. Each part belongs to the library of its type; procedures of lower
+  !> libraries take only the parts that they use.
   type :: simulation_t
     type(world_t) :: world                   !! ranks of the run
     type(scene_t) :: scene                   !! constant during a run
@@ -174,9 +179,9 @@ contains
     call self%nodes%allocate_scratch()
   end subroutine prepare_scratch
 
-  !> Place of a step after the update of the nodes, before walls, tools and contact: change the
+  !> Action of the hook after the update of the nodes, before walls, tools and contact: change the
   !> velocities of nodes, lanes 1 to 3 of `g`, and with them the velocity changes, lanes 5 to 7
-  !> (simulation_nodes). A step may be refused and repeated: only the sums are restored.
+  !> (simulation_nodes). A step may be rejected and repeated: only the sums are restored.
   subroutine after_nodes(self, sim, dt, g)
     class(hook_t), intent(inout) :: self
     type(simulation_t), intent(inout) :: sim
@@ -184,21 +189,21 @@ contains
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
   end subroutine after_nodes
 
-  !> Place before a conduction step: add heat to the particles, field `f_heat` [J].
+  !> Action of the hook before a conduction step: add heat to the particles, field `f_heat` [J].
   subroutine give_heat(self, sim, dt)
     class(hook_t), intent(inout) :: self
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt               !! time from `sim%clock%heat_time` on [s]
   end subroutine give_heat
 
-  !> Place at the end of a step: change the particles, accumulate.
+  !> Action of the hook at the end of a step: change the particles, or accumulate sums.
   subroutine after_step(self, sim, dt)
     class(hook_t), intent(inout) :: self
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt               !! time step, which ended at `sim%clock%time` [s]
   end subroutine after_step
 
-  !> Free memory that is not released by deallocation.
+  !> Free the memory that is not released by deallocation.
   subroutine free_simulation(sim)
     type(simulation_t), intent(inout) :: sim
 

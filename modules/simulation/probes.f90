@@ -18,7 +18,7 @@ module simulation_probes
     integer :: n = 0
     integer, allocatable :: group(:)          !! group of the body that each probe is in
     character(32), allocatable :: name(:)
-    real(rp), allocatable :: x(:, :)          !! (3, n) [m]
+    real(rp), allocatable :: x(:, :)          !! (3, n) positions [m]
     real(rp), allocatable :: temperature(:)   !! [K]
     logical, allocatable :: is_mine(:)        !! probes moved by this rank
   end type probes_t
@@ -26,15 +26,16 @@ module simulation_probes
 contains
 
   !> Move this rank's probes by the velocities of `g` and read the temperature of `g_heat` there
-  !> (linear weights); the masses of both grids are the same.
-  !> Nodes held for sleepers have received the temperature of only some of their particles: a probe
-  !> next to one keeps the temperature of the last conduction step.
+  !> (linear weights); the masses of both grids are the same. Nodes held for sleepers have received
+  !> the temperature of only a part of their particles: a probe next to such a node keeps its
+  !> temperature of the last conduction step.
   subroutine move_probes(dt, patch, n_groups, g, g_heat, probes, held)
-    real(rp), intent(in) :: dt                  !! [s]
+    real(rp), intent(in) :: dt                  !! time step [s]
     type(patch_t), intent(in) :: patch
     integer, intent(in) :: n_groups
-    real(rp), intent(in), dimension(8, patch%nn, n_groups) :: g, g_heat   !! velocity, temperature,
-                                                                          !! -, mass of nodes
+    real(rp), intent(in), dimension(8, patch%nn, n_groups) :: g, g_heat   !! nodal velocity and
+                                                                          !! mass, nodal temperature
+                                                                          !! and mass
     type(probes_t), intent(inout) :: probes
     integer, intent(in), optional :: held(:)    !! nodes held for sleepers
     real(rp) :: motion(8), s(3), state(8), weight(0:7)
@@ -80,12 +81,12 @@ contains
     end do
   end subroutine update_probe_temperatures
 
-  !> Convert the place `s` on graded axes to that among the centres of the nodal functions, to
+  !> Convert the place `s` on graded axes to the place among the centres of the nodal functions, to
   !> which nodal temperatures belong.
   pure subroutine to_mean_place(patch, x, s)
     type(patch_t), intent(in) :: patch
-    real(rp), intent(in) :: x(3)                !! [m]
-    real(rp), intent(inout) :: s(3)             !! [cells]
+    real(rp), intent(in) :: x(3)                !! position [m]
+    real(rp), intent(inout) :: s(3)             !! position from the first node [cells]
     integer :: a
 
     do a = 1, 3

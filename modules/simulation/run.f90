@@ -29,8 +29,8 @@ module simulation_run
     real(rp) :: inertial_peak = 0.0_rp  !! decaying maximum of rho v^2 over flow stress [-]
   end type clock_t
 
-  !> Maxima over the particles of this rank at the end of a step, used by the acceptance of the
-  !> next.
+  !> Maxima over the particles of this rank at the end of a step, which the acceptance of the next
+  !> step uses.
   type :: outcome_t
     real(rp) :: stiffness = 0.0_rp       !! largest squared wave speed [m2/s2]
     real(rp) :: speed2 = 0.0_rp          !! largest squared grid velocity at a particle [m2/s2]
@@ -38,21 +38,21 @@ module simulation_run
 
   !> The current step and its results.
   type :: step_t
-    real(rp) :: asked_dt = 0.0_rp       !! step before any refusal [s]
+    real(rp) :: asked_dt = 0.0_rp       !! time step before any rejection [s]
     real(rp) :: force_time = 0.0_rp     !! time at which external forces are evaluated [s]
     real(rp) :: pic = 0.0_rp            !! PIC fraction of this step
     type(outcome_t) :: last             !! maxima of the last step
     integer :: fastest_node = 0         !! fastest node of this rank
-    real(rp) :: fastest_speed = 0.0_rp  !! its speed [m/s]
+    real(rp) :: fastest_speed = 0.0_rp  !! speed of the fastest node [m/s]
     logical :: lost_row = .false.       !! a history row could not be written, on rank 0
     real(rp) :: secured = 0.0_rp        !! wall-clock time of the last checkpoint [s]
     ! Set by the acceptance of the step, equal on all ranks:
     logical, allocatable :: is_near(:)       !! tools that particles of any rank may touch
     logical :: is_broken = .false.           !! no step is possible from this state
-    character(:), allocatable :: reason      !! explanation if the state itself does not show it
+    character(:), allocatable :: reason      !! cause, if the state does not show it
     logical :: is_unsolved = .false.         !! an implicit conduction step did not converge
     integer :: signal = 0                    !! signal that arrived on any rank; 0: none
-    logical :: output_is_lost = .false.      !! a row could not be written
+    logical :: output_is_lost = .false.      !! a row of the output could not be written
     logical :: safety_is_due = .false.       !! a checkpoint against a crash is due
     integer :: worst_returns = 0             !! largest number of failed return mappings of any rank
   end type step_t
@@ -68,15 +68,15 @@ module simulation_run
     e_wall = 3, &          !! work of walls and prescribed velocities
     e_stress = 4, &        !! work of the stresses on the material, and of volume averaging
     e_film = 5, &          !! heat lost through films on faces
-    e_wall_heat = 6, &     !! heat given by walls
-    e_source = 7, &        !! heat of the sources
+    e_wall_heat = 6, &     !! heat that walls give to the bodies
+    e_source = 7, &        !! heat of the heat sources
     e_friction = 8, &      !! friction heat between deformable bodies
     e_contact = 9, &       !! energy lost in normal contact between deformable bodies
     e_scaling = 10, &      !! kinetic energy given by changes of the mass scaling
     e_conduction = 11, &   !! heat added by rounding in conduction steps
     e_sleep = 12, &        !! kinetic energy removed from sleepers, and work of holding their nodes
-    e_normal_loss = 13, &  !! losses, without gains, of node pairs in normal contact of two
-                           !! deformable bodies
+    e_normal_loss = 13, &  !! losses of node pairs in normal contact of two deformable bodies,
+                           !! without the gains
     ! Energies and mass of removed debris:
     d_kinetic = 14, d_elastic = 15, d_heat = 16, &
     d_mass = 17         !! [kg]
@@ -129,19 +129,21 @@ module simulation_run
   ! Indices of the sums of a cube over steps (sleep_motion).
   integer, parameter, public :: m_mass = 1, &      !! mass times time [kg s]
                                 m_momentum = 2, &  !! momentum times time [kg m], 3
-                                m_impulse = 5      !! impulse on held nodes [N s], 3
+                                m_impulse = 5      !! impulse on held nodes [N s], 3 components
   integer, parameter, public :: n_motion = 7
 
   !> Sleepers that share nodes with awake particles (sleep_held_layer).
   type :: layer_t
     logical :: is_stale = .true.            !! contributions must be gathered again
     integer, allocatable :: node(:)         !! nodes to which this rank's sleepers contribute
-    real(rp), allocatable :: record(:, :)   !! (8, nodes) mass, momentum 0, force, heat
+    real(rp), allocatable :: record(:, :)   !! (8, nodes) mass, zero momentum, force, heat
     real(rp), allocatable :: volume(:, :)   !! (2 bodies, nodes)
     integer, allocatable :: held(:)         !! nodes to which sleepers of any rank contribute
-    real(rp), allocatable :: mass(:)        !! mass of the sleepers there, of all ranks [kg]
+    real(rp), allocatable :: mass(:)        !! mass of the sleepers at the held nodes, of all ranks
+                                            !! [kg]
     logical, allocatable :: is_own(:)       !! held nodes owned by this rank
-    real(rp), allocatable :: impulse(:, :)  !! (3, held) impulse of holding in this step [N s]
+    real(rp), allocatable :: impulse(:, :)  !! (3, held) impulse that holds the nodes in this step
+                                            !! [N s]
   end type layer_t
 
   !> Motion of the nodes of each cube since the last sleep check (sleep_motion).
@@ -155,14 +157,14 @@ module simulation_run
   type :: sleepers_t
     type(layer_t) :: layer
     type(motion_t) :: motion
-    !> Largest coordinates and largest negative ones, of the layer and of all sleepers [m].
+    !> Largest coordinates and largest negative ones of the held layer, and of all sleepers [m].
     real(rp), dimension(6) :: extent_layer = -huge(1.0_rp), extent_any = -huge(1.0_rp)
-    !> (z, y, x) nodes in reach of the layer and of all sleepers.
+    !> Nodes (z, y, x) in reach of the held layer, and of all sleepers.
     logical, allocatable :: near_layer(:, :, :), near_any(:, :, :)
     type(box_t) :: cubes                      !! box of cubes at the last check, indexed from 0
     integer, allocatable :: rest(:, :, :)     !! rest state of the particles of each cube
     real(rp), allocatable :: far_force(:, :)  !! (3, conditions) force on the sleepers beyond the
-                                              !! layer [N]
+                                              !! held layer [N]
   end type sleepers_t
 
 end module simulation_run

@@ -27,7 +27,7 @@ module simulation_scene
   !> A body force, distributed by mass.
   type :: load_t
     real(rp) :: acceleration(3) = 0.0_rp     !! force over mass of the body [m/s2]
-    real(rp) :: ramp = 0.0_rp                !! time until it is whole [s]
+    real(rp) :: ramp = 0.0_rp                !! time until the force is fully applied [s]
   end type load_t
 
   !> Initial elastic state of the particles of a body.
@@ -41,26 +41,30 @@ module simulation_scene
   !> A traction: force per initial area on faces of a body.
   type :: traction_t
     real(rp) :: stress(3, 6) = 0.0_rp  !! tractions on the faces xmin..zmax [Pa]
-    real(rp) :: ramp = 0.0_rp          !! time until it is whole [s]
-    logical :: has_box = .false.       !! acts only on particles that started between two corners
-                                       !! [m]
+    real(rp) :: ramp = 0.0_rp          !! time until the traction is fully applied [s]
+    logical :: has_box = .false.       !! the traction acts only on particles that started between
+                                       !! two corners [m]
     real(rp) :: lower(3) = -huge(1.0_rp), upper(3) = huge(1.0_rp)
   end type traction_t
 
-  real(rp), parameter :: stefan_boltzmann = 5.670374419e-8_rp   !! [W/(m2 K4)] (CODATA 2018)
+  real(rp), parameter :: stefan_boltzmann = 5.670374419e-8_rp   !! Stefan-Boltzmann constant (CODATA
+                                                                !! 2018) [W/(m2 K4)]
 
   integer, parameter, public :: of_nothing = 0, of_pressure = 1
   real(rp), parameter :: unit_pressure = 1.0e6_rp   !! reference pressure of the power law [Pa]
 
   type :: film_t
     integer :: of = of_nothing                !! variable that the coefficient depends on
-    real(rp) :: coefficient = 0.0_rp          !! constant part [W/(m2 K)]
-    real(rp) :: factor = 0.0_rp               !! power law: coefficient added at 1 MPa [W/(m2 K)]
+    real(rp) :: coefficient = 0.0_rp          !! constant part of the heat-transfer coefficient
+                                              !! [W/(m2 K)]
+    real(rp) :: factor = 0.0_rp               !! power law: heat-transfer coefficient added at 1 MPa
+                                              !! [W/(m2 K)]
     real(rp) :: exponent = 1.0_rp             !! power law: exponent of the pressure
-    real(rp), allocatable :: at(:), there(:)  !! table: pressure [Pa], coefficient [W/(m2 K)]
+    real(rp), allocatable :: at(:), there(:)  !! table: pressure [Pa], heat-transfer coefficient
+                                              !! [W/(m2 K)]
     real(rp) :: emissivity = 0.0_rp
-    real(rp) :: ambient = 298.0_rp    !! temperature beyond the film [K]
-    logical :: has_backing = .false.  !! beyond the film is a body with its own temperature
+    real(rp) :: ambient = 298.0_rp    !! ambient temperature beyond the film [K]
+    logical :: has_backing = .false.  !! the film leads to a body with a temperature of its own
   contains
     procedure :: acts, varies, coefficient_at
   end type film_t
@@ -71,12 +75,12 @@ module simulation_scene
     integer :: material = 1
     integer :: group = 1                    !! bodies of a group share a velocity field
     integer :: heat_group = 1               !! bodies of a heat group share nodal temperatures
-    integer :: tool = 0                     !! rigid body: tool whose schedule it follows; 0:
-                                            !! deformable
-    real(rp) :: spacing(3) = 0.0_rp         !! initial particle spacing, the smallest along a a
+    integer :: tool = 0                     !! tool whose schedule a rigid body follows; 0:
+                                            !! deformable body
+    real(rp) :: spacing(3) = 0.0_rp         !! initial particle spacing, the smallest one along a
                                             !! graded axis [m]
     real(rp) :: widest(3) = 0.0_rp          !! largest initial particle spacing [m]
-    logical :: own_lattice = .true.         !! particles are not on the lattice of the grid
+    logical :: own_lattice = .true.         !! the particles are not on the lattice of the grid
     integer :: averaging = average_flowing  !! F-bar averaging of J in each cell: average_*
     logical :: is_round = .false.           !! particles lie on rings around the axis of a cylinder
     type(start_t) :: start
@@ -101,7 +105,7 @@ module simulation_scene
   type :: method_t
     logical :: is_bspline = .false.
     integer :: scheme = scheme_usl, transfer = transfer_flip
-    integer :: order = 2               !! order of XPIC and FMPM
+    integer :: order = 2               !! order of the filter (XPIC, FMPM)
     integer :: every = 1               !! steps between two filters (XPIC, FMPM)
     real(rp) :: pic = 0.0_rp           !! PIC fraction
     logical :: shows_motion = .false.  !! output velocities are those of the grid
@@ -110,7 +114,7 @@ module simulation_scene
     real(rp) :: rebalance = 1.03_rp    !! imbalance that triggers a new partition
     real(rp) :: cfl = 0.4_rp
     real(rp) :: fixed_dt = 0.0_rp            !! prescribed time step [s]; 0: from the wave speed
-    real(rp) :: mass_scaling = 1.0_rp        !! factor on inertia; initial value if it adapts
+    real(rp) :: mass_scaling = 1.0_rp        !! factor on inertia; initial value if adaptive
     logical :: adapts_mass = .false.         !! mass scaling follows the inertial stress
     logical :: scales_light_nodes = .false.  !! selective mass scaling: additional inertia of nodes
                                              !! with little mass (simulation_nodes)
@@ -140,9 +144,10 @@ module simulation_scene
                                                 !! input
     character(:), allocatable :: run            !! identity of the run (io_folder)
     real(rp) :: frame_interval = 0.0_rp, history_interval = 0.0_rp, checkpoint_interval = 0.0_rp
-    real(rp) :: progress_interval = 10.0_rp   !! wall-clock seconds
-    logical :: progress_is_asked = .false.    !! the interval was given in the input
-    real(rp) :: safety_interval = 0.0_rp      !! wall-clock seconds
+    real(rp) :: progress_interval = 10.0_rp   !! interval of progress lines, wall-clock time [s]
+    logical :: progress_is_asked = .false.    !! the interval of progress lines was given in the
+                                              !! input
+    real(rp) :: safety_interval = 0.0_rp      !! interval of checkpoints, wall-clock time [s]
     logical :: is_quiet = .false.
   end type output_t
 
@@ -159,7 +164,7 @@ module simulation_scene
                                                 !! order of the conditions
     type(contact_t), allocatable :: contact(:)  !! contact laws, one for every two groups of bodies
     type(film_t), allocatable :: gap(:)         !! thermal conductance of each contact; unallocated:
-                                                !! all perfect
+                                                !! all contacts are perfect
     integer :: n_heat_groups = 1                !! groups with nodal temperatures of their own
     integer, allocatable :: tool_of(:)          !! tool of each group of bodies; 0: deformable
     type(method_t) :: method

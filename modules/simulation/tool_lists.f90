@@ -11,20 +11,21 @@ module simulation_tool_lists
 
   ! Indices of the values that touching particles add to a node:
   integer, parameter, public :: &
-    v_normal = 1, &        !! normal impulses [N s], 3
-    v_stick = 4, &         !! impulse that would stop the slip [N s], 3
-    v_coulomb = 7, &       !! Coulomb limit of friction, current and kept from before [N s]
+    v_normal = 1, &        !! normal impulses [N s], 3 components
+    v_stick = 4, &         !! impulse that would stop the slip [N s], 3 components
+    v_coulomb = 7, &       !! Coulomb limit of friction, of this step and kept from earlier ones [N
+                           !! s]
     v_max_friction = 8, &  !! largest friction, by strength and law [N s]
     v_transition = 9       !! friction at which the law changes its form [N s]
   integer, parameter, public :: n_values = 9
   integer, parameter, public :: n_both = 2*n_values   !! both sides, the second for nodes behind
                                                       !! planes with `has_separate_sides`
 
-  ! Indices of the values added before: masses [kg], later divided by that of the node.
+  ! Indices of the values added to a node first: masses [kg], later divided by the mass of the node.
   integer, parameter, public :: &
     m_touching = 1, &     !! particles that touch or are near enough for friction
     m_pushed = 2, &       !! pushed particles
-    m_last_impulse = 3    !! normal impulse at the force of the last step [N s], 3
+    m_last_impulse = 3    !! normal impulse by the force of the last step [N s], 3 components
   integer, parameter, public :: n_masses = 5
 
   !> Candidates for contact, gathered from their blocks into one: a block at a tool has only a few,
@@ -32,7 +33,7 @@ module simulation_tool_lists
   type :: candidates_t
     integer :: tool = 0
     type(rigid_t) :: rigid                        !! mean motion of the tool in the step
-    real(rp) :: displacement = 0.0_rp             !! largest closing of a gap in the step [m]
+    real(rp) :: displacement = 0.0_rp             !! largest decrease of a gap in the step [m]
     integer :: n = 0
     integer :: body = 0                           !! body of all candidates
     integer :: block(nlane) = 0, lane(nlane) = 0  !! block and lane of each candidate
@@ -50,31 +51,32 @@ module simulation_tool_lists
     integer :: candidate = 0                    !! index among the candidates
     real(rp) :: surface_distance = 0.0_rp       !! distance from centre to surface [m]
     logical :: can_flow = .false.               !! the material has a flow law
-    logical :: touches = .false.                !! false: only near
-    real(rp) :: w(3, 3) = 0.0_rp                !! weights of its surface along the axes
-    real(rp) :: w_centre(3, 3) = 0.0_rp         !! weights of its centre along the axes
-    integer :: entry(27) = 0                    !! list entries of its nodes; 0: not listed
-    real(rp) :: weight(27) = 0.0_rp             !! weights of its surface at its nodes
+    logical :: touches = .false.                !! the particle touches; false: it is only near
+    real(rp) :: w(3, 3) = 0.0_rp                !! weights of the particle surface along the axes
+    real(rp) :: w_centre(3, 3) = 0.0_rp         !! weights of the particle centre along the axes
+    integer :: entry(27) = 0                    !! list entries of the nodes of the particle; 0: not
+                                                !! listed
+    real(rp) :: weight(27) = 0.0_rp             !! weights of the particle surface at the nodes
     real(rp) :: mass = 0.0_rp                   !! inertial mass [kg]
     real(rp) :: normal(3) = 0.0_rp              !! unit vector out of the tool
-    real(rp) :: cell_edges(3) = 0.0_rp          !! edges of its cell [m]
-    real(rp) :: spacing(3) = 0.0_rp             !! its initial edges [m]
-    real(rp) :: closing_velocity = 0.0_rp       !! velocity that contact removes; 0: not pushed
-                                                !! [m/s]
-    real(rp) :: normal_impulse = 0.0_rp         !! normal impulse, at first that of the last step's
-                                                !! force, then that of this step [N s]
+    real(rp) :: cell_edges(3) = 0.0_rp          !! edges of the cell of the particle [m]
+    real(rp) :: spacing(3) = 0.0_rp             !! initial edges of the particle [m]
+    real(rp) :: closing_velocity = 0.0_rp       !! velocity that contact removes; 0: the particle is
+                                                !! not pushed [m/s]
+    real(rp) :: normal_impulse = 0.0_rp         !! normal impulse by the force of the last step,
+                                                !! later that of this step [N s]
     real(rp) :: approach_velocity = 0.0_rp      !! closing velocity without the removal of
                                                 !! penetration [m/s]
     real(rp) :: lasting_impulse = 0.0_rp        !! normal impulse without the removal of penetration
                                                 !! [N s]
     real(rp) :: edge_closing_velocity = 0.0_rp  !! closing velocity enforced at an edge beyond any
                                                 !! limit [m/s]
-    real(rp) :: covered_fraction = 1.0_rp       !! fraction of its weight function covered by the
-                                                !! tool
+    real(rp) :: covered_fraction = 1.0_rp       !! fraction of the weight function of the particle
+                                                !! that the tool covers [-]
     real(rp) :: max_normal_impulse = 0.0_rp     !! limit of the normal impulse at an edge [N s]
     real(rp) :: slip(3) = 0.0_rp                !! slip velocity along the tool surface [m/s]
     real(rp) :: mu = 0.0_rp                     !! factor of the normal impulse in the friction law
-    real(rp) :: coulomb_impulse = 0.0_rp        !! Coulomb limit of its friction impulse [N s]
+    real(rp) :: coulomb_impulse = 0.0_rp        !! Coulomb limit of the friction impulse [N s]
     real(rp) :: max_friction = 0.0_rp           !! largest friction impulse [N s]
     real(rp) :: transition = 0.0_rp             !! friction impulse at which the law changes its
                                                 !! form [N s]
@@ -88,10 +90,10 @@ module simulation_tool_lists
     real(rp) :: plastic_fraction = 0.0_rp       !! fraction of the slip accommodated by layer shear
     real(rp) :: resolved_rate = 0.0_rp          !! plastic strain rate of the particle itself [1/s]
     real(rp) :: face_area = 0.0_rp              !! face area of the particle [m2]
-    real(rp) :: softening = 0.0_rp              !! x tanh x of the layer
+    real(rp) :: softening = 0.0_rp              !! x tanh x of the shear layer [-]
     real(rp) :: temperature_rise = 0.0_rp       !! face temperature less that of the centre [K]
     real(rp) :: layer_thickness = 0.0_rp        !! [m]
-    real(rp) :: strength_used = 0.0_rp          !! friction over layer strength
+    real(rp) :: strength_used = 0.0_rp          !! friction over layer strength [-]
     real(rp) :: excess_velocity = 0.0_rp        !! mean velocity of the layer metal relative to the
                                                 !! particle, along the slip [m/s]
   end type contact_particle_t
@@ -118,7 +120,8 @@ module simulation_tool_lists
                                                           !! the node
     real(rp), allocatable :: friction_fraction(:)         !! fraction of `v_stick` that friction
                                                           !! provides
-    real(rp), allocatable :: friction_fraction_behind(:)  !! the same for nodes behind planes with
+    real(rp), allocatable :: friction_fraction_behind(:)  !! fraction of `v_stick` that friction
+                                                          !! provides at nodes behind planes with
                                                           !! separate sides
     real(rp), allocatable :: coulomb_unused(:)            !! unused fraction of `v_coulomb`
     real(rp), allocatable :: slip(:, :)                   !! (3, n_nodes) mean velocity relative to
@@ -131,7 +134,7 @@ module simulation_tool_lists
 
 contains
 
-  !> Initialise an empty list for particles with `layout`; their stress is gathered on request.
+  !> Initialise an empty list for particles with `layout`; `with_stress`: their stress is gathered.
   subroutine init(self, layout, with_stress)
     class(candidates_t), intent(out) :: self
     type(layout_t), intent(in) :: layout

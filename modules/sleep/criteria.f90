@@ -2,11 +2,11 @@
 !> Sleep criteria. Material whose stress does not change stops its mechanics but keeps conducting
 !> heat. The grid is divided into cubes of a few cells. The criterion is stress, relative to
 !> SLEEP_STRESS times the largest mean stress of a cube: a cube wakes if awake material loads its
-!> held nodes by more than that, and falls asleep only if its stress would change by less while it
+!> held nodes by a larger stress, and falls asleep only if its stress would change by less while it
 !> sleeps (sleep_stress). Cubes near a tool, cubes whose sleepers have changed their temperature,
-!> and their neighbours by a face or an edge are awake, too. Differences between neighbouring
-!> particles are invisible to the nodes and wake no cube. Sleepers that share nodes with awake
-!> particles form the held layer (sleep_held_layer).
+!> and their neighbours by a face or an edge are awake, too. The nodes do not resolve differences
+!> between neighbouring particles, which therefore wake no cube. Sleepers that share nodes with
+!> awake particles form the held layer (sleep_held_layer).
 module sleep_criteria
   use base_kinds, only: i8, nlane, rp
   use grid_geometry, only: box_t, grid_t, nearest_node, nearest_nodes
@@ -31,9 +31,9 @@ module sleep_criteria
 
 contains
 
-  !> Collective, before a sort: decide which particles sleep until the next one. `has_changed`:
-  !> sleepers of this rank have changed. `can_wait`: nothing was changed, since no particle may fall
-  !> asleep now and only few would wake.
+  !> Collective, before a sort: decide which particles sleep until the next sort. `has_changed`:
+  !> sleepers of this rank have changed. `can_wait`: nothing was changed, as no particle may fall
+  !> asleep now and only a small part would wake.
   subroutine update_sleep(sim, has_changed, can_wait)
     type(simulation_t), intent(inout) :: sim
     logical, intent(out) :: has_changed, can_wait
@@ -60,7 +60,7 @@ contains
     rest = merge(awake, merge(held, asleep, near), is_awake)
     last = sim%particles%nblk
     if (all(box%lo == sim%sleepers%cubes%lo) .and. all(box%hi == sim%sleepers%cubes%hi)) then
-      if (all(rest == sim%sleepers%rest)) last = sim%particles%n_awake  ! sleepers do not move
+      if (all(rest == sim%sleepers%rest)) last = sim%particles%n_awake  ! the sleepers do not change
     end if
     do b = 1, last
       call update_rest(sim, box, rest, b, has_changed)
@@ -82,12 +82,11 @@ contains
     box%hi = nearest_node(sim%scene%grid, extent(1:3))/edge
   end function cubes_in_use
 
-  !> True if the sleepers in the cubes marked in `is_awake` are few compared with the awake
-  !> particles.
+  !> True if the sleepers in the cubes marked in `is_awake` are a small part of the awake particles.
   logical function can_defer_waking(sim, box, is_awake)
     type(simulation_t), intent(in) :: sim
     type(box_t), intent(in) :: box
-    logical, intent(in) :: is_awake(box%count())     !! by cube
+    logical, intent(in) :: is_awake(box%count())     !! state of each cube
     integer :: b, c(nlane), counts(2)
 
     counts = [sum(sim%particles%count(:sim%particles%n_awake)), 0]
@@ -103,7 +102,7 @@ contains
   subroutine update_rest(sim, box, rest, b, has_changed)
     type(simulation_t), intent(inout) :: sim
     type(box_t), intent(in) :: box
-    integer, intent(in) :: rest(box%count()), b      !! rest by cube
+    integer, intent(in) :: rest(box%count()), b      !! rest state of each cube; block
     logical, intent(inout) :: has_changed
     integer :: c(nlane), p, old_rest(nlane)
 
@@ -124,8 +123,8 @@ contains
     end associate
   end subroutine update_rest
 
-  !> Find the cubes that are awake, including those that were, unless they may fall asleep now.
-  !> `motion` holds the sums of nodal motion since the last check.
+  !> Find the cubes that are awake, including those that were awake before, unless they may fall
+  !> asleep now. `motion` holds the sums of nodal motion since the last check.
   subroutine find_awake(sim, motion, may_sleep, box, is_awake)
     type(simulation_t), intent(in) :: sim
     type(motion_t), intent(in) :: motion
@@ -231,7 +230,7 @@ contains
     !> Distance from a tool within which a cube centre is awake [m].
     pure real(rp) function reach_of(size)
       real(rp), intent(in) :: size                          !! longest edge of the cube [m]
-      real(rp), parameter :: half_diagonal = sqrt(0.75_rp)  !! half diagonal of a cube [edges]
+      real(rp), parameter :: half_diagonal = sqrt(0.75_rp)  !! half diagonal of a cube [cube edges]
       real(rp), parameter :: apart = 3.5_rp                 !! distance beyond which no nodes are
                                                             !! shared [cells]
 

@@ -1,16 +1,17 @@
 ! SPDX-License-Identifier: MIT
 !> Held layer: sleepers that share nodes with awake particles. Their mass, frozen force and heat do
 !> not change until the next sort or conduction step, so they are gathered once and added to the
-!> nodes in every step. The shared nodes are held at rest. The impulse of holding measures the load
-!> by awake material: it shows when the stress of the sleepers is outdated (sleep_motion), and they
-!> wake.
+!> nodes in every step. The shared nodes are held at rest. The impulse that holds them measures the
+!> load by awake material, which shows when the stress of the sleepers is outdated and they have to
+!> wake (sleep_motion).
 !>
-!> Held nodes do not drift, unlike nodes damped by the sleepers: a slowly pressed rod carries its
-!> full load. They reflect waves, which the awake material has to dissipate.
+!> Held nodes do not drift, as nodes would that sleepers only damp: a slowly pressed rod carries its
+!> full load. Held nodes reflect waves, which the awake material has to dissipate.
 !>
 !> Forces of walls and clamps on the sleepers beyond the held layer. Steps record the forces on
-!> awake particles and on the layer; the stress of the others is frozen, and so is their part of the
-!> force, which is found when the sleepers change: that on all sleepers less that on the layer.
+!> awake particles and on the layer. The stress of the other sleepers is frozen, and so is the force
+!> on them. It is found when the sleepers change: the force on all sleepers less the force on the
+!> layer.
 module sleep_held_layer
   use base_kinds, only: nlane, rp
   use boundary_clamps, only: hold_walls
@@ -76,7 +77,7 @@ contains
     end associate
   end subroutine store_layer_records
 
-  !> List the nodes to hold: those with mass of any rank's sleepers.
+  !> List the nodes to hold: those with mass of sleepers of any rank.
   subroutine list_held(sim, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: g(8, sim%nodes%patch%nn)
@@ -119,7 +120,7 @@ contains
     end do
   end function nodes_with_mass
 
-  !> Add the records of the layer to those of its nodes.
+  !> Add the records of the held layer to the records of its nodes.
   subroutine add_layer(sim, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
@@ -134,7 +135,7 @@ contains
     end do
   end subroutine add_layer
 
-  !> Hold the nodes of the layer at rest, after walls and clamps; store the impulse of holding each
+  !> Hold the nodes of the layer at rest, after walls and clamps; store the impulse that holds each
   !> node [N s] and record the energy [J]. The velocity change of the nodes counts from the velocity
   !> of their awake particles.
   subroutine hold_layer(scene, clock, nodes, sleepers, budget, g)
@@ -165,9 +166,10 @@ contains
     end associate
   end subroutine hold_layer
 
-  !> Collective, while the nodes, mirrors and clamps of all particles are listed, the mirrors in the
-  !> order of the nodes: the sum must not depend on which particles are awake, or a resumed run
-  !> would differ by rounding.
+  !> Collective. Find the force of walls and clamps on the sleepers beyond the held layer. The
+  !> nodes, mirrors and clamps of all particles must be listed, the mirrors in the order of the
+  !> nodes: the sum must not depend on which particles are awake, or a resumed run would differ by
+  !> rounding.
   subroutine find_far_force(sim, sleepers_stay)
     type(simulation_t), intent(inout) :: sim
     logical, intent(in) :: sleepers_stay         !! the sleepers of this rank have not changed
@@ -195,12 +197,12 @@ contains
   subroutine record_sleeper_impulse(sleepers, budget, dt)
     type(sleepers_t), intent(in) :: sleepers
     type(budget_t), intent(inout) :: budget
-    real(rp), intent(in) :: dt                   !! [s]
+    real(rp), intent(in) :: dt                   !! time step [s]
 
     if (allocated(sleepers%far_force)) budget%impulse = budget%impulse + dt*sleepers%far_force
   end subroutine record_sleeper_impulse
 
-  !> Mark the nodes, as (z, y, x), near which a particle reaches nodes held by walls or clamps.
+  !> Mark the nodes, as (z, y, x), from which a particle reaches nodes held by walls or clamps.
   subroutine mark_held(sim, near)
     type(simulation_t), intent(in) :: sim
     logical, allocatable, intent(out) :: near(:, :, :)
@@ -242,8 +244,8 @@ contains
     call reflect(sim, r_momentum, sim%nodes%g(:, :, 1), lost)
     call sim%nodes%resting_halo%sum(sim%world, 8, sim%nodes%patch%nn, sim%nodes%g(:, :, 1))
     sim%budget%impulse = 0.0_rp
-    call update_nodes(sim%scene, sim%clock, sim%nodes, 1.0_rp, sim%nodes%g)  ! impulses in a second
-    ! Resting material needs no impulse to stay at rest.
+    call update_nodes(sim%scene, sim%clock, sim%nodes, 1.0_rp, sim%nodes%g)  ! in a step of 1 s
+    ! Material at rest needs no impulse to stay at rest.
     call hold_walls(sim, 0.0_rp, sim%nodes%g)
     force = sim%budget%impulse
     call add_lost(sim%scene, 1.0_rp, lost, force)

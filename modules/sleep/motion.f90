@@ -137,7 +137,7 @@ contains
   !> Position of `x` in cubes from the lower end of the grid.
   pure function cube_at(grid, x) result(place)
     type(grid_t), intent(in) :: grid
-    real(rp), intent(in) :: x(3)            !! [m]
+    real(rp), intent(in) :: x(3)            !! position [m]
     real(rp) :: place(3)
     integer :: a
 

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> Change of the stress of a cube if it slept, against SLEEP_STRESS times the largest mean stress of
-!> a cube. For sleeping cubes it is measured at the held nodes, for awake ones it is predicted.
+!> Change of the stress of a cube if it slept, compared with SLEEP_STRESS times the largest mean
+!> stress of a cube. It is measured at the held nodes of sleeping cubes, and predicted for awake
+!> ones.
 module sleep_stress
   use base_kinds, only: rp
   use grid_geometry, only: box_t

@@ -18,8 +18,8 @@ module step_acceptance
                                                       !! [m2/s2]
   real(rp), parameter :: max_cells = 0.5_rp           !! largest displacement of a node in a step
                                                       !! [cells]
-  real(rp), parameter :: min_dt_fraction = 1.0e-4_rp  !! smallest fraction of the first step size
-                                                      !! that is still tried
+  real(rp), parameter :: min_dt_fraction = 1.0e-4_rp  !! smallest step to attempt, over the first
+                                                      !! step size
   !> Mass of a node, over that of a full cell, above which its velocity counts: particles hardly
   !> depend on the velocity of lighter nodes.
   real(rp), parameter :: material_fraction = 1.0e-2_rp
@@ -27,15 +27,17 @@ module step_acceptance
 contains
 
   !> Collective. Begin the reduction of what all ranks must know about the last and this step.
-  !> `locally_accepted`: this rank has no reason to refuse it.
+  !> `locally_accepted`: this rank has no reason to reject the step.
   subroutine post_acceptance(sim, dt, g, locally_accepted)
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn, sim%nodes%n_groups)  !! [s]
+    real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn, sim%nodes%n_groups)  !! time step [s],
+                                                                              !! nodal records
     logical, intent(out) :: locally_accepted
-    real(rp) :: own(2), unsecured               ! [s]; negative if no checkpoints are wanted
+    real(rp) :: own(2), unsecured               ! time without a checkpoint [s]; negative if no
+                                                ! checkpoints are requested
 
     own = [sim%step%last%stiffness, sim%step%last%speed2]
-    own = merge(own, huge(1.0_rp), own <= huge(1.0_rp))   ! some MPIs lose a NaN in a maximum
+    own = merge(own, huge(1.0_rp), own <= huge(1.0_rp))   ! MPI maxima may lose a NaN
     own(2) = max(own(2), fastest_node(sim, g))
     locally_accepted = is_sound(own) .and. dt*sqrt(own(2)) <= max_node_displacement(sim)
     unsecured = -1.0_rp
@@ -52,7 +54,7 @@ contains
   !> `step%is_broken`: no step is small enough, or the state has NaN.
   subroutine finish_acceptance(sim, dt, is_refused)
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(inout) :: dt               !! [s]
+    real(rp), intent(inout) :: dt               !! time step [s]
     logical, intent(out) :: is_refused
 
     sim%exchange%balance%waited = sim%exchange%balance%waited - wall_time()
@@ -72,12 +74,12 @@ contains
     if (.not. is_refused) return
     dt = 0.5_rp*max_node_displacement(sim)/sim%clock%max_speed
     sim%step%is_broken = dt < min_dt_fraction*sim%step%asked_dt
-    sim%step%last%speed2 = 0.0_rp  ! `dt` includes the particle speeds already
+    sim%step%last%speed2 = 0.0_rp  ! `dt` was computed with the particle speeds
   end subroutine finish_acceptance
 
   !> True if squared wave speed and squared speed are valid; false for NaN.
   pure logical function is_sound(squares)
-    real(rp), intent(in) :: squares(2)          !! [m2/s2]
+    real(rp), intent(in) :: squares(2)          !! squared wave speed and squared speed [m2/s2]
 
     is_sound = all(squares < max_wave_speed2)
   end function is_sound
@@ -105,7 +107,7 @@ contains
     end do
   end function near_tools
 
-  !> Largest squared speed of the nodes that carry material [m2/s2]; stores that node.
+  !> Largest squared speed of the nodes that carry material [m2/s2]; the fastest node is stored.
   real(rp) function fastest_node(sim, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)

@@ -83,7 +83,7 @@ contains
     sim%step%last = outcome
     if (sim%probes%n > 0) then
       call move_probes(dt, sim%nodes%patch, sim%nodes%n_groups, g_strain, g_motion, &
-                       sim%probes, sim%sleepers%layer%held)   ! absent where it is not allocated
+                       sim%probes, sim%sleepers%layer%held)   ! an unallocated list is absent
     end if
   end subroutine take_step
 

@@ -117,7 +117,7 @@ contains
     end do
   end subroutine monitor_tools
 
-  !> Collective. Reason for which the current phase of a tool ends; '' if it goes on.
+  !> Collective. Reason for which the current phase of a tool ends; '' if it continues.
   function phase_end_reason(sim, tool) result(reason)
     type(simulation_t), intent(in) :: sim
     type(tool_t), intent(in) :: tool
@@ -180,7 +180,7 @@ contains
   !> Stop a tool whose load exceeds its limit, and the run if the limit asks for that.
   subroutine stop_tool(world, t, tool, clock)
     type(world_t), intent(in) :: world
-    real(rp), intent(in) :: t                    !! [s]
+    real(rp), intent(in) :: t                    !! time [s]
     type(tool_t), intent(inout) :: tool
     type(clock_t), intent(inout) :: clock
     character(24), parameter :: what(3) = [character(24) :: 'the run ends', 'its feed stops', &
@@ -198,7 +198,7 @@ contains
   !> Log on rank 0 that a phase ends, and why.
   subroutine report_phase_end(world, t, tool, phase, reason)
     type(world_t), intent(in) :: world
-    real(rp), intent(in) :: t                    !! [s]
+    real(rp), intent(in) :: t                    !! time [s]
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: phase
     character(*), intent(in) :: reason

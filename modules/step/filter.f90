@@ -21,7 +21,8 @@ module step_filter
 
 contains
 
-  !> Replace the nodal velocities by v(k). Walls keep theirs, since every increment is zero there.
+  !> Replace the nodal velocities by v(k). Nodes on walls keep their velocities, as their increments
+  !> are zero.
   subroutine filter_velocity(sim, g, mapped, increment)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout), dimension(8, sim%nodes%patch%nn, sim%nodes%n_groups) :: g
@@ -69,7 +70,8 @@ contains
     end do
   end subroutine first_increment
 
-  !> Map the increment to the particles, and the momentum they would have with it back to the nodes.
+  !> Map the increment to the particles, and the momentum of the particles at these velocities back
+  !> to the nodes.
   subroutine map_and_return(sim, increment, mapped)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: increment(8, sim%nodes%patch%nn, sim%nodes%n_groups)

@@ -19,7 +19,7 @@ module step_schedule
   public :: accept_step, can_speculate, list_to_particles_order, save_block, save_state, &
             sum_with_overlap
 
-  real(rp), parameter :: max_displacement = 1.5_rp   !! bound of tool and particle displacement
+  real(rp), parameter :: max_displacement = 1.5_rp   !! largest displacement of tools and particles
                                                      !! until a sort [cells]
   !> Clearance beyond which contact has no influence [cells]: particles are in contact up to half a
   !> cell and a spacing away, and change nodes that particles three cells off on each axis read.
@@ -88,14 +88,14 @@ contains
     end associate
   end function save_block
 
-  !> Undo what was done since `save_state`.
+  !> Undo all updates since `save_state`.
   subroutine roll_back(sim, outcome)
     type(simulation_t), intent(inout) :: sim
     type(outcome_t), intent(inout) :: outcome
     integer :: i
 
     associate (s => sim%exchange%speculative)
-      if (s%n_done > 0) outcome = outcome_t()      ! USL: it was empty before
+      if (s%n_done > 0) outcome = outcome_t()      ! USL: the maxima were empty before the updates
       do i = 1, s%n_done
         sim%particles%ps(:, :, sim%particles%order(i)) = s%saved(:, :, i)
       end do
@@ -104,8 +104,8 @@ contains
     end associate
   end subroutine roll_back
 
-  !> Collective. Complete the acceptance of the step. If it is refused, `dt` is reduced and
-  !> everything done since `save_state` is undone.
+  !> Collective. Complete the acceptance of the step. If it is rejected, `dt` is reduced and all
+  !> updates since `save_state` are undone.
   subroutine accept_step(sim, dt, g, outcome, is_refused)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: dt                 !! time step [s]

@@ -41,7 +41,8 @@ contains
     call sim%timer%lap(ph_exchange)
   end subroutine particles_to_grid
 
-  !> Do the same in a scene with one velocity field, overlapping computation and communication.
+  !> Compute the nodal records in a scene with one velocity field, overlapping computation and
+  !> communication.
   subroutine map_and_sum(sim, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)

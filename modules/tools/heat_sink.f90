@@ -23,7 +23,8 @@ module tools_heat_sink
                                                   !! absorbed heat
     integer :: place = 0                          !! first of its two particle fields: contact area
                                                   !! times time [m2 s], heat of the face [J]
-    real(rp) :: conductance = huge(1.0_rp)        !! conductance of the gap at the face [W/(m2 K)]
+    real(rp) :: conductance = huge(1.0_rp)        !! heat-transfer coefficient of the gap at the
+                                                  !! face [W/(m2 K)]
     real(rp) :: cooling = 0.0_rp                  !! cooling at the far end, or of a uniform body
                                                   !! [W/K]
     real(rp) :: coolant = 298.0_rp                !! temperature of the coolant [K]
@@ -48,8 +49,8 @@ module tools_heat_sink
     integer :: across(2) = 0        !! axes along the face
     real(rp) :: lower(2) = 0.0_rp   !! lower corner of the columns [m]
     real(rp) :: width(2) = 1.0_rp   !! width of a column [m]
-    integer :: n(2) = 1             !! numbers of columns along these axes
-    real(rp) :: period(2) = 0.0_rp  !! period of the grid along these axes [m]; 0: none
+    integer :: n(2) = 1             !! numbers of columns along the face
+    real(rp) :: period(2) = 0.0_rp  !! period of the grid along the face [m]; 0: not periodic
     type(heat_sink_t), allocatable :: column(:)
   contains
     procedure :: column_at, max_face_temperature, content => backing_content
@@ -61,10 +62,11 @@ contains
   !> cells grow from `first_width` at the face.
   pure subroutine make_rod(self, area, length, first_width, conductivity, capacity, start)
     class(heat_sink_t), intent(inout) :: self
-    real(rp), intent(in) :: area, length, first_width  !! [m2], [m], [m]
+    real(rp), intent(in) :: area, length, first_width  !! cross-section [m2], length [m], width of
+                                                       !! the first cell [m]
     real(rp), intent(in) :: conductivity               !! [W/(m K)]
     real(rp), intent(in) :: capacity                   !! density times specific heat [J/(m3 K)]
-    real(rp), intent(in) :: start                      !! [K]
+    real(rp), intent(in) :: start                      !! initial temperature [K]
     real(rp), allocatable :: width(:)
     real(rp) :: total_length
     integer :: i, n
@@ -90,8 +92,8 @@ contains
   !> Make a body of uniform temperature.
   pure subroutine make_lumped(self, capacity, start)
     class(heat_sink_t), intent(inout) :: self
-    real(rp), intent(in) :: capacity              !! [J/K]
-    real(rp), intent(in) :: start                 !! [K]
+    real(rp), intent(in) :: capacity              !! heat capacity [J/K]
+    real(rp), intent(in) :: start                 !! initial temperature [K]
 
     self%is_on = .true.
     self%capacity = [capacity]
@@ -104,7 +106,7 @@ contains
   !> `t_face0` [K] without it, and the derivative `dtface_dp` [K/W].
   pure subroutine face_response(self, dt, t_face0, dtface_dp)
     class(heat_sink_t), intent(in) :: self
-    real(rp), intent(in) :: dt                    !! [s]
+    real(rp), intent(in) :: dt                    !! time step [s]
     real(rp), intent(out) :: t_face0, dtface_dp
     real(rp), dimension(size(self%temperature)) :: without_power, unit
 
@@ -117,7 +119,7 @@ contains
   !> Take a step with the heat flow `power` from the bodies.
   pure subroutine absorb(self, dt, power)
     class(heat_sink_t), intent(inout) :: self
-    real(rp), intent(in) :: dt, power             !! [s], [W]
+    real(rp), intent(in) :: dt, power             !! time step [s], power [W]
     real(rp), dimension(size(self%temperature)) :: t
     integer :: n
 
@@ -185,11 +187,11 @@ contains
     self%temperature = values(4:)
   end subroutine set_state
 
-  !> Index of the column in front of which `x`, or its image on a periodic grid, lies, or of the
-  !> nearest one.
+  !> Index of the column behind the position `x`, or behind an image of it on a periodic grid; of
+  !> the nearest column for positions beside the columns.
   pure integer function column_at(self, x)
     class(backing_t), intent(in) :: self
-    real(rp), intent(in) :: x(3)                  !! [m]
+    real(rp), intent(in) :: x(3)                  !! position [m]
     integer :: place(2)
     real(rp) :: along(2)                          !! position from the corner of the columns [m]
 

@@ -39,7 +39,7 @@ module tools_law
 
   type :: friction_table_t
     integer :: of = of_nothing      !! variable of the table
-    real(rp), allocatable :: at(:)  !! its values, increasing [K], [Pa] or [m/s]
+    real(rp), allocatable :: at(:)  !! values of the variable, increasing [K], [Pa] or [m/s]
     real(rp), allocatable :: mu(:)
   contains
     procedure :: coefficients
@@ -52,20 +52,20 @@ contains
   !> `relaxation_time`, so that a surface with a roughness of a few thousandths of a cell is
   !> supported by all its particles instead of the protruding ones. A penetration is removed within
   !> a step, but no faster than `recovery_speed` or than the particle approaches, which suffices for
-  !> a sustained load; the rest is removed in `relaxation_time`. A particle found deep inside
-  !> (behind an edge, say) gets no impulse of depth/dt: such impulses kept a stirred plate
-  !> vibrating, by which it flowed under three quarters of the force.
+  !> a sustained load; the rest is removed in `relaxation_time`. A particle deep inside, such as one
+  !> behind an edge, gets no impulse of depth/dt: such impulses kept a stirred plate vibrating, by
+  !> which it flowed under three quarters of the force.
   pure subroutine normal_velocity(dt, dt_before, slop, relaxation_time, recovery_speed, gap, &
                                   normal, velocity, closing, slip, approach)
-    real(rp), intent(in) :: dt, dt_before        !! this step and the one before [s]
+    real(rp), intent(in) :: dt, dt_before        !! length of this step, of the step before [s]
     real(rp), intent(in) :: slop                 !! width of the zone where gaps close slowly [m]
-    real(rp), intent(in) :: relaxation_time      !! time in which they close [s]
+    real(rp), intent(in) :: relaxation_time      !! time in which gaps below `slop` close [s]
     real(rp), intent(in) :: recovery_speed       !! largest speed of removing a penetration [m/s]
     real(rp), intent(in) :: gap                  !! gap at the end of the step without contact [m]
     real(rp), intent(in) :: normal(3)            !! unit vector out of the tool
     real(rp), intent(in) :: velocity(3)          !! velocity relative to the tool without contact
                                                  !! [m/s]
-    real(rp), intent(out) :: closing, slip(3)    !! [m/s]
+    real(rp), intent(out) :: closing, slip(3)    !! closing velocity, slip velocity [m/s]
     real(rp), intent(out), optional :: approach  !! `closing` without the removal of penetration
                                                  !! [m/s]
     real(rp) :: recovery, gap_before, speed
@@ -119,7 +119,13 @@ contains
   pure real(rp) function friction(self, stick_impulse, coulomb_impulse, max_friction, &
                                   transition) result(part)
     class(friction_law_t), intent(in) :: self
-    real(rp), intent(in) :: stick_impulse(3), coulomb_impulse, max_friction, transition    !! [N s]
+    real(rp), intent(in) :: stick_impulse(3), coulomb_impulse, max_friction, transition  !! impulse
+                                                                                         !! that
+                                                                                         !! stops
+                                                                                         !! the slip
+                                                                                         !! and its
+                                                                                         !! limits
+                                                                                         !! [N s]
     real(rp) :: limit, wanted
 
     wanted = norm2(stick_impulse)
@@ -157,7 +163,7 @@ contains
   pure subroutine coefficients(self, n, temp, pressure, slip, mu)
     class(friction_table_t), intent(in) :: self      !! table of a variable
     integer, intent(in) :: n
-    real(rp), intent(in) :: temp(nlane)              !! [K]
+    real(rp), intent(in) :: temp(nlane)              !! temperatures [K]
     real(rp), intent(in) :: pressure(nlane)          !! [Pa]
     real(rp), intent(in) :: slip(nlane)              !! sliding speed [m/s]
     real(rp), intent(out) :: mu(nlane)

@@ -25,16 +25,16 @@ module tools_mesh
     real(rp), allocatable :: geometry(:, :, :)     !! (3, 4, facets) first corner, edge vectors to
                                                    !! the others [m], normal
     real(rp), allocatable :: edge_normal(:, :, :)  !! (3, 3, facets) of each edge
-    real(rp), allocatable :: normal(:, :)          !! (3, points) of each corner
+    real(rp), allocatable :: normal(:, :)          !! (3, points) normal of each corner
     real(rp) :: lower(3) = 0.0_rp, upper(3) = 0.0_rp   !! bounding box [m]
     real(rp) :: radius = 0.0_rp                    !! largest distance from the last axis [m]
     real(rp) :: approach = 0.0_rp                  !! largest approach of the surface per angle of
                                                    !! rotation about that axis [m/rad]
-    real(rp) :: volume = 0.0_rp                    !! [m3]
-    real(rp) :: step = 0.0_rp                      !! edge of the cells of a distance grid [m]
-    integer :: grid(3) = 0                         !! its cells along the axes
+    real(rp) :: volume = 0.0_rp                    !! volume of the solid [m3]
+    real(rp) :: step = 0.0_rp                      !! edge of the cells of a grid of distances [m]
+    integer :: grid(3) = 0                         !! cells of the grid of distances along the axes
     real(rp), allocatable :: grid_distance(:)      !! distances of the cell centres, x fastest [m]
-    integer, allocatable :: grid_facet(:)          !! their nearest facets
+    integer, allocatable :: grid_facet(:)          !! nearest facet of each cell centre
   contains
     procedure :: distance
     procedure :: distances
@@ -89,7 +89,7 @@ contains
   !> from which their searches begin.
   subroutine fill_grid(mesh)
     type(surface_mesh_t), intent(inout) :: mesh
-    integer, parameter :: parts = 32               ! along the longest side
+    integer, parameter :: parts = 32               ! number of cells along the longest side
     real(rp), allocatable :: x(:, :)
     integer :: c, i, j, k, n(3)
 
@@ -183,9 +183,11 @@ contains
   !> box.
   pure subroutine cells_of(n, x, lower, upper, step, grid, c, apart, outside)
     integer, intent(in) :: n, grid(3)
-    real(rp), intent(in) :: x(n, 3), lower(3), upper(3), step     !! [m]
+    real(rp), intent(in) :: x(n, 3), lower(3), upper(3), step     !! position, lower corner, upper
+                                                                  !! corner, cell edge [m]
     integer, intent(out) :: c(n)
-    real(rp), intent(out) :: apart(n), outside(n)                 !! [m]
+    real(rp), intent(out) :: apart(n), outside(n)  !! distances from the cell centres, distances
+                                                   !! from the bounding box [m]
     real(rp) :: inside
     integer :: a, i, p
 
@@ -206,8 +208,8 @@ contains
     outside = sqrt(outside)
   end subroutine cells_of
 
-  !> As `distance`, but beyond `bound` any value above it may be returned, and of the distance to
-  !> the edge only the sign is certain.
+  !> Signed distance, gradient and distance to the edge as in `distance`. Beyond `bound` any value
+  !> above it may be returned; only the sign of the distance to the edge is certain.
   pure subroutine near_distance(self, x, bound, d, normal, edge_distance)
     class(surface_mesh_t), intent(in) :: self
     real(rp), intent(in) :: x(3), bound
@@ -236,7 +238,7 @@ contains
       facet = 0
       return
     end if
-    if (d > -bound) limit = slack*min(limit, bound)   ! farther points are outside
+    if (d > -bound) limit = slack*min(limit, bound)   ! points beyond the limit are outside
     call self%nearest(x, limit**2, facet, region, at)
     if (facet == 0) d = huge(1.0_rp)
   end subroutine nearest_within
@@ -253,7 +255,7 @@ contains
 
     call self%side_of(x, facet, region, at, d, normal)
     offset = x - at
-    ! Nearer to the surface, the direction is rounding.
+    ! closer to the surface the direction is rounding
     if (region /= on_face .and. abs(d) > 1.0e-12_rp*self%radius) normal = offset/d
     corner = self%facets%corner(max(1, region - 3), facet)
     if (d > 0.0_rp .and. region /= on_face) then

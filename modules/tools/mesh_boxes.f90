@@ -111,7 +111,7 @@ contains
 
     do
       do while (self%top == 0 .and. self%done > 1)
-        node = ieor(self%done, 1)              ! its sibling
+        node = ieor(self%done, 1)              ! sibling of the node
         self%done = tree%box(node)%parent
         gap(1) = distance2(tree%box(node)%lower, tree%box(node)%upper, x)
         if (gap(1) >= best) cycle
@@ -147,7 +147,7 @@ contains
   pure subroutine next_overlap(self, tree, lower, upper, first, last)
     class(descent_t), intent(inout) :: self
     type(boxes_t), intent(in) :: tree
-    real(rp), intent(in) :: lower(3), upper(3)       !! [m]
+    real(rp), intent(in) :: lower(3), upper(3)       !! corners of the given box [m]
     integer, intent(out) :: first, last
     integer :: node
 

@@ -18,7 +18,7 @@ module tools_mesh_facets
 
   !> Corners and connectivity.
   type :: facets_t
-    real(rp), allocatable :: x(:, :)          !! (3, points) [m]
+    real(rp), allocatable :: x(:, :)          !! (3, points) positions [m]
     integer, allocatable :: corner(:, :)      !! (3, facets) points of each facet
     integer, allocatable :: across(:, :)      !! (3, facets) edge of the neighbour across each
                                               !! edge, as 3 (facet - 1) + edge; 0: none
@@ -27,7 +27,7 @@ module tools_mesh_facets
   !> A defective edge of a facet.
   type :: defect_t
     integer :: facet = 0, kind = 0
-    real(rp) :: from(3) = 0.0_rp, to(3) = 0.0_rp   !! its ends [m]
+    real(rp) :: from(3) = 0.0_rp, to(3) = 0.0_rp   !! ends of the edge [m]
   end type defect_t
 
 contains

@@ -158,7 +158,7 @@ contains
       if (.not. ok) then
         call stl%report(number, what_is_missing(expected)//", and not '"// &
                         excerpt(trim(row))//"'", diagnostics)
-        exit                                     ! the state is not known any more
+        exit                                     ! the state is unknown from here on
       end if
       select case (word(1))
       case ('facet')
@@ -176,7 +176,7 @@ contains
     end if
   end subroutine read_lines
 
-  !> Words with which the line after one that begins with `word` may begin.
+  !> Words that may begin the line after a line that begins with `word`.
   pure function next_words(word, corners) result(expected)
     character(*), intent(in) :: word
     integer, intent(in) :: corners
@@ -275,7 +275,7 @@ contains
     self%line(self%n) = line
   end subroutine add
 
-  !> Report an error of a facet; further ones are only counted.
+  !> Report an error of a facet; after a limit errors are only counted.
   subroutine report(self, line, message, diagnostics)
     class(stl_t), intent(inout) :: self
     integer, intent(in) :: line             !! line, or number of the facet

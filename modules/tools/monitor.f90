@@ -8,7 +8,8 @@ module tools_monitor
 
   public :: monitor_t
 
-  integer, parameter :: n_monitor = 8             !! reals of its state without the phase durations
+  integer, parameter :: n_monitor = 8             !! number of reals of the state without the phase
+                                                  !! durations
 
   type :: monitor_t
     logical :: is_on = .false.
@@ -60,7 +61,7 @@ contains
   end function size_of_state
 
   !> State for a checkpoint, with the durations of the phases. A stopped tool has one phase more or
-  !> fewer than the input has, `n`.
+  !> fewer than the `n` phases of the input.
   pure function monitor_state(self, motion, n) result(state)
     class(monitor_t), intent(in) :: self
     type(motion_t), intent(in) :: motion

@@ -21,8 +21,8 @@ module tools_motion
   !> over the ramp time before: the velocity changes linearly at a point, and corners are rounded.
   type :: path_t
     logical :: leads_tilt = .false.          !! the tilt follows the direction of travel
-    real(rp), allocatable :: time(:)         !! since the start of the phase, from 0 [s]
-    real(rp), allocatable :: place(:, :)     !! (3, points) relative to the first point [m]
+    real(rp), allocatable :: time(:)         !! time since the start of the phase, from 0 [s]
+    real(rp), allocatable :: place(:, :)     !! (3, points) position relative to the first point [m]
     real(rp), allocatable :: heading(:)      !! azimuth of the segment after each point, from +x to
                                              !! +y, continuous by whole turns [rad]
     integer, allocatable :: line(:)          !! line of each point in its file
@@ -31,17 +31,18 @@ module tools_motion
   end type path_t
 
   type :: phase_t
-    real(rp) :: duration = 0.0_rp               !! [s]; 0: until the end of the run
+    real(rp) :: duration = 0.0_rp               !! duration [s]; 0: until the end of the run
     real(rp) :: velocity(3) = 0.0_rp            !! [m/s]
-    type(path_t) :: path                        !! instead of it, if it has points
+    type(path_t) :: path                        !! path that replaces the velocity, if it has points
     real(rp) :: spin = 0.0_rp                   !! [rad/s], positive is clockwise seen from above
     real(rp) :: ramp = 0.0_rp                   !! ramp time from the phase before [s]
     logical :: is_force_controlled = .false.    !! pressed with a force along the tool axis
-    real(rp) :: feed = huge(1.0_rp)             !! then the largest speed into the plate [m/s]
+    real(rp) :: feed = huge(1.0_rp)             !! largest speed into the plate under force control
+                                                !! [m/s]
     real(rp) :: force = 0.0_rp                  !! force into the plate [N]
     integer :: n_forces = 0                     !! points of a table of force over the time since
                                                 !! the start of the phase; 0: constant force
-    real(rp) :: forces(2, max_forces) = 0.0_rp  !! [s], [N]
+    real(rp) :: forces(2, max_forces) = 0.0_rp  !! time since the start of the phase [s], force [N]
     ! Conditions that end the phase before its duration; huge: none.
     real(rp) :: until_force = huge(1.0_rp)        !! force into the plate [N]
     real(rp) :: until_torque = huge(1.0_rp)       !! torque [N m]
@@ -62,7 +63,7 @@ module tools_motion
     real(rp) :: axis(3) = 0.0_rp    !! unit vector out of the plate
     real(rp) :: mass = 0.0_rp       !! mass that moves along the axis [kg]
     real(rp) :: stiffness = 0.0_rp  !! machine stiffness between slide and tool [N/m]; 0: rigid
-    real(rp) :: damping = 0.0_rp    !! [N s/m]
+    real(rp) :: damping = 0.0_rp    !! damping of the drive [N s/m]
     real(rp) :: feed = huge(1.0_rp)  !! largest speed into the plate under force control [m/s]
     ! State: offset of the tool from its schedule, out of the plate.
     real(rp) :: shift = 0.0_rp, rate = 0.0_rp  !! offset [m] and its rate [m/s]
@@ -118,11 +119,12 @@ contains
     spin = now(4)
   end subroutine at
 
-  !> Azimuth that the tilt follows at time `t`, and its rate; before the first path its initial one.
+  !> Azimuth that the tilt follows at time `t`, and its rate; before the first path the initial
+  !> azimuth of that path.
   pure subroutine face(self, t, direction, rate)
     class(motion_t), intent(in) :: self
-    real(rp), intent(in) :: t                   !! [s]
-    real(rp), intent(out) :: direction, rate    !! [rad], [rad/s]
+    real(rp), intent(in) :: t                   !! time [s]
+    real(rp), intent(out) :: direction, rate    !! azimuth [rad], its rate [rad/s]
     real(rp) :: from, rates(4), way(4)
     logical :: is_first
     integer :: i
@@ -159,7 +161,8 @@ contains
   !> rest with the azimuth `before`, and their rates.
   pure subroutine along(self, ramp, s, before, way, rate)
     class(path_t), intent(in) :: self
-    real(rp), intent(in) :: ramp, s, before         !! [s], [rad]
+    real(rp), intent(in) :: ramp, s, before         !! ramp time [s], time since the start [s],
+                                                    !! azimuth before the phase [rad]
     real(rp), intent(out) :: way(4), rate(4)
     real(rp) :: from(3), heading, next, to(3), u
     integer :: k
@@ -192,7 +195,7 @@ contains
   !> Position on the polyline after `s` seconds [m].
   pure function place_at(self, s) result(x)
     class(path_t), intent(in) :: self
-    real(rp), intent(in) :: s                       !! [s]
+    real(rp), intent(in) :: s                       !! time since the start of the phase [s]
     real(rp) :: x(3)
     integer :: k
 
@@ -213,7 +216,7 @@ contains
   pure subroutine end_phase(self, i, t)
     class(motion_t), intent(inout) :: self
     integer, intent(in) :: i
-    real(rp), intent(in) :: t                   !! [s]
+    real(rp), intent(in) :: t                   !! time [s]
 
     self%phase(i)%duration = t - sum(self%phase(:i - 1)%duration)
   end subroutine end_phase
@@ -221,13 +224,13 @@ contains
   !> Stop the tool at time `t` for the rest of the run, with the remaining `spin`.
   pure subroutine halt(self, t, spin)
     class(motion_t), intent(inout) :: self
-    real(rp), intent(in) :: t, spin             !! [s], [rad/s]
+    real(rp), intent(in) :: t, spin             !! time [s], spin [rad/s]
     type(phase_t), allocatable :: phase(:)
     integer :: i
 
     i = min(self%phase_at(t), size(self%phase))
     call self%end_phase(i, t)
-    allocate (phase(i + 1))                     ! no constructor: gfortran 12 frees paths twice
+    allocate (phase(i + 1))                     ! no constructor, as gfortran 12 frees paths twice
     phase(:i) = self%phase(:i)
     phase(i + 1)%spin = spin
     call move_alloc(phase, self%phase)
@@ -250,8 +253,9 @@ contains
     end do
   end function phase_at
 
-  !> Whether the tool is force-controlled at time `t`, and the force [N]; over the ramp of a phase
-  !> it changes from `before`, the force at the start of the phase, to its own.
+  !> Whether the tool is force-controlled at time `t`, and the force [N]. Over the ramp of a phase
+  !> the force changes from `before`, the force at the start of the phase, to the force of the
+  !> phase.
   pure subroutine force_control_at(self, t, before, is_force_controlled, force)
     class(motion_t), intent(in) :: self
     real(rp), intent(in) :: t, before
@@ -280,7 +284,7 @@ contains
   !> Force from a table [N]; linear between its times, constant outside.
   pure real(rp) function table_force(n, table, t) result(force)
     integer, intent(in) :: n
-    real(rp), intent(in) :: table(2, max_forces), t    !! [s, N], [s]
+    real(rp), intent(in) :: table(2, max_forces), t    !! table of time [s] and force [N], time [s]
     integer :: k
 
     force = table(2, 1)
@@ -292,7 +296,8 @@ contains
     end do
   end function table_force
 
-  !> Add the displacement during `s` seconds that start with `before` and ramp to `target`.
+  !> Add to `way` its change during `s` seconds, in which its rate changes from `before` to `target`
+  !> over the time `ramp` and is then constant; `now` is the rate at the end.
   pure subroutine advance(before, target, ramp, s, way, now)
     real(rp), intent(in) :: before(4), target(4), ramp, s
     real(rp), intent(inout) :: way(4)
@@ -307,10 +312,10 @@ contains
     end if
   end subroutine advance
 
-  !> Offset from the schedule at time `t` of this step [m].
+  !> Offset from the schedule at time `t` in the current step [m].
   elemental real(rp) function offset(self, t)
     class(drive_t), intent(in) :: self
-    real(rp), intent(in) :: t                   !! [s]
+    real(rp), intent(in) :: t                   !! time [s]
 
     offset = self%shift + self%rate*(t - self%time)
   end function offset
@@ -329,7 +334,7 @@ contains
   !> `is_force_controlled` the machine presses with `force`, otherwise it holds its position.
   pure subroutine integrate(self, dt, reaction, is_force_controlled, force, mass_scaling)
     class(drive_t), intent(inout) :: self
-    real(rp), intent(in) :: dt, reaction        !! [s], reaction out of the plate [N]
+    real(rp), intent(in) :: dt, reaction        !! time step [s], reaction out of the plate [N]
     logical, intent(in) :: is_force_controlled
     real(rp), intent(in) :: force               !! force into the plate [N]
     real(rp), intent(in) :: mass_scaling
@@ -347,7 +352,7 @@ contains
       self%rate = max(self%rate, -self%feed)
       self%force = force
     else if (self%stiffness > 0.0_rp) then
-      ! After force control the machine spring continues from that force.
+      ! after force control the machine spring continues from the force of the last step
       if (self%is_force_controlled) self%neutral = self%shift - self%force/self%stiffness
       pull = self%stiffness*(self%shift - self%neutral)
       self%rate = (self%rate + dt/inertia*(reaction - pull)) &
@@ -360,7 +365,7 @@ contains
     self%is_force_controlled = is_force_controlled
   end subroutine integrate
 
-  !> State for a checkpoint; `time` is that of the run.
+  !> State for a checkpoint at `time` of the run.
   pure function state(self)
     class(drive_t), intent(in) :: self
     real(rp) :: state(n_drive)

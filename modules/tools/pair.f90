@@ -32,22 +32,22 @@ module tools_pair
 contains
 
   !> Impulse on the first body (the second gets the opposite) that closes the gap within the step
-  !> and no further; tensile only if sticking bodies touch. The tangential impulse stops the slip,
-  !> limited by friction times the normal impulse. A `surplus` of the normal impulse separates
+  !> and no further; it is tensile only if sticking bodies touch. The tangential impulse stops the
+  !> slip, limited by friction times the normal impulse. A `surplus` of the normal impulse separates
   !> bodies that overlap by twice the slack or more, and is reduced for smaller overlaps: with
   !> impulses that rise over a shorter overlap nodes bounce, and symmetric problems lose their
   !> symmetry.
   pure subroutine pair_impulse(law, dt, gap, slack, surplus, normal, inverse, v, &
                                impulse, state)
     type(pair_law_t), intent(in) :: law
-    real(rp), intent(in) :: dt, gap      !! [s], [m]
+    real(rp), intent(in) :: dt, gap      !! time step [s], gap [m]
     real(rp), intent(in) :: slack        !! gap up to which sticking bodies touch [m]
     real(rp), intent(in) :: surplus      !! relative excess over the impulse that stops the bodies
                                          !! [-]
-    real(rp), intent(in) :: normal(3)    !! out of the first body
+    real(rp), intent(in) :: normal(3)    !! unit vector out of the first body
     real(rp), intent(in) :: inverse(2)   !! 1/mass [1/kg]; 0: rigid
     real(rp), intent(in) :: v(3, 2)      !! velocities of both bodies [m/s]
-    real(rp), intent(out) :: impulse(3)  !! [N s]
+    real(rp), intent(out) :: impulse(3)  !! impulse on the first body [N s]
     integer, intent(out) :: state
     real(rp) :: slip(3), vn, m, normal_impulse, speed, stick_mass
 
@@ -73,7 +73,7 @@ contains
     impulse = stick_mass*slip - normal_impulse*normal
   end subroutine pair_impulse
 
-  !> Friction impulse over slip [kg]; `m` stops the slip.
+  !> Friction impulse over slip [kg], at most `m`, which stops the slip.
   pure real(rp) function limit(law, m, normal_impulse, speed)
     type(pair_law_t), intent(in) :: law
     real(rp), intent(in) :: m, normal_impulse, speed
@@ -84,14 +84,14 @@ contains
       if (law%friction*normal_impulse < m*speed) limit = law%friction*normal_impulse/speed
     case (law_frictionless)
       limit = 0.0_rp
-    case default   ! stick: no limit
+    case default   ! sticking bodies have no limit
     end select
   end function limit
 
   !> Energy that the impulse removes from both bodies together, by friction and in normal direction
   !> [J].
   pure subroutine pair_loss(normal, impulse, mean, friction, normal_loss)
-    real(rp), intent(in) :: normal(3), impulse(3)  !! impulse on the first body [N s]
+    real(rp), intent(in) :: normal(3), impulse(3)  !! unit vector, impulse on the first body [N s]
     real(rp), intent(in) :: mean(3, 2)             !! mean velocities of the step with contact [m/s]
     real(rp), intent(out) :: friction, normal_loss
     real(rp) :: slip(3)

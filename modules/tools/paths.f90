@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Construct paths of tools from points.
+!> Construction of paths of tools from points.
 module tools_paths
   use base_kinds, only: rp
   use tools_motion, only: path_t, wrapped
@@ -12,7 +12,7 @@ contains
 
   !> Path through `place` (3, points) at increasing times.
   pure type(path_t) function new_path(time, place, line, leads_tilt) result(new)
-    real(rp), intent(in) :: time(:), place(:, :)    !! [s], [m]
+    real(rp), intent(in) :: time(:), place(:, :)    !! time [s], positions [m]
     integer, intent(in) :: line(:)
     logical, intent(in) :: leads_tilt
     real(rp) :: way(2)
@@ -28,7 +28,7 @@ contains
       if (k > 1) new%heading(k) = new%heading(k - 1)
       if (k == n) exit
       way = place(:2, k + 1) - place(:2, k)
-      if (all(abs(way) <= 0.0_rp)) cycle            ! it rests, or goes up or down
+      if (all(abs(way) <= 0.0_rp)) cycle            ! no heading: the tool rests, or moves along z
       associate (heading => atan2(way(2), way(1)))
         if (all(abs(new%place(:2, :k)) <= 0.0_rp)) new%heading(:k) = heading
         new%heading(k) = new%heading(k) + wrapped(heading - new%heading(k))

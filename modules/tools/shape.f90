@@ -40,14 +40,15 @@ module tools_shape
       type(key_table_t), intent(inout) :: t
     end subroutine keys_interface
 
-    !> Read the `i`-th &TOOL: sizes, and the axes of the tool at t = 0.
+    !> Read the keys of the `i`-th &TOOL, and the axes of the tool at t = 0.
     subroutine read_interface(self, input, i, frame)
       import :: shape_t, input_t, rp
       implicit none (type, external)
       class(shape_t), intent(inout) :: self
       type(input_t), intent(in) :: input
       integer, intent(in) :: i
-      real(rp), intent(out) :: frame(3, 3)   !! its columns: axes; the last is that of rotation
+      real(rp), intent(out) :: frame(3, 3)   !! axes of the tool, as columns; the last one is the
+                                             !! axis of rotation
     end subroutine read_interface
 
     !> Signed distance of a point, its gradient, and the distance along the surface to the nearest
@@ -57,7 +58,8 @@ module tools_shape
       implicit none (type, external)
       class(shape_t), intent(in) :: self
       real(rp), intent(in) :: x(3)                     !! point [m]
-      real(rp), intent(out) :: d, normal(3), edge_distance  !! [m], [-], [m]
+      real(rp), intent(out) :: d, normal(3), edge_distance  !! signed distance [m], unit normal [-],
+                                                            !! distance to the edge [m]
     end subroutine distance_interface
 
     !> Signed distances of `n` points; beyond the cutoff any value above it may be returned.
@@ -66,8 +68,8 @@ module tools_shape
       implicit none (type, external)
       class(shape_t), intent(in) :: self
       integer, intent(in) :: n
-      real(rp), intent(in) :: x(n, 3), cutoff          !! [m]
-      real(rp), intent(out) :: d(n)                    !! [m]
+      real(rp), intent(in) :: x(n, 3), cutoff          !! position, cutoff distance [m]
+      real(rp), intent(out) :: d(n)                    !! signed distances [m]
     end subroutine distances_interface
 
     !> Bounding box in scene axes for the tool axes `axes`: from the tool's position to the middle
@@ -77,7 +79,7 @@ module tools_shape
       implicit none (type, external)
       class(shape_t), intent(in) :: self
       real(rp), intent(in) :: axes(3, 3)
-      real(rp), intent(out) :: middle(3), half(3)      !! [m]
+      real(rp), intent(out) :: middle(3), half(3)  !! middle of the box, half edges of the box [m]
     end subroutine bounds_interface
 
     !> Upper bound of the approach of the surface to any point during a rotation about the last axis
@@ -97,18 +99,19 @@ contains
   pure subroutine lower_bounds(self, n, x, cutoff, d)
     class(shape_t), intent(in) :: self
     integer, intent(in) :: n
-    real(rp), intent(in) :: x(n, 3), cutoff          !! [m]
-    real(rp), intent(out) :: d(n)                    !! [m]
+    real(rp), intent(in) :: x(n, 3), cutoff          !! position, cutoff distance [m]
+    real(rp), intent(out) :: d(n)                    !! signed distances [m]
 
     call self%distances(n, x, cutoff, d)
   end subroutine lower_bounds
 
-  !> As `distance`, but beyond the cutoff any value above it may be returned, and of the distance to
-  !> the edge only the sign is certain.
+  !> Signed distance, gradient and distance to the edge as in `distance`. Beyond the cutoff any
+  !> value above it may be returned; only the sign of the distance to the edge is certain.
   pure subroutine near_distance(self, x, cutoff, d, normal, edge_distance)
     class(shape_t), intent(in) :: self
-    real(rp), intent(in) :: x(3), cutoff             !! [m]
-    real(rp), intent(out) :: d, normal(3), edge_distance  !! [m], [-], [m]
+    real(rp), intent(in) :: x(3), cutoff             !! position, cutoff distance [m]
+    real(rp), intent(out) :: d, normal(3), edge_distance  !! signed distance [m], unit normal [-],
+                                                          !! distance to the edge [m]
 
     call self%distance(x, d, normal, edge_distance)
   end subroutine near_distance
@@ -128,7 +131,7 @@ contains
   !> extent, has none.
   subroutine outline(self, x)
     class(shape_t), intent(in) :: self
-    real(rp), allocatable, intent(out) :: x(:, :)    !! [m]
+    real(rp), allocatable, intent(out) :: x(:, :)    !! positions [m]
 
     allocate (x(3, 0))
   end subroutine outline
@@ -138,7 +141,7 @@ contains
   !> default has none.
   subroutine surface(self, x, corner)
     class(shape_t), intent(in) :: self
-    real(rp), allocatable, intent(out) :: x(:, :)    !! [m]
+    real(rp), allocatable, intent(out) :: x(:, :)    !! positions [m]
     integer, allocatable, intent(out) :: corner(:, :)
 
     allocate (x(3, 0), corner(3, 0))
@@ -184,7 +187,7 @@ contains
 
   !> Text of a length in mm.
   pure function length_text(x) result(text)
-    real(rp), intent(in) :: x                      !! [m]
+    real(rp), intent(in) :: x                      !! length [m]
     character(:), allocatable :: text
 
     text = str(1.0e3_rp*x)//' mm'

@@ -23,7 +23,7 @@ module tools_shape_cut_keys
 
 contains
 
-  !> Add the rows of these keys to &TOOL.
+  !> Add the rows of thread, flats and scroll to &TOOL.
   subroutine add_cut_keys(t)
     type(key_table_t), intent(inout) :: t
 

@@ -14,7 +14,7 @@ module tools_shape_cut_shoulder
   public :: cut_shoulder_t
 
   type, extends(meshed_t) :: cut_shoulder_t
-    type(shoulder_t) :: plain          !! the same without cuts, which checks the sizes
+    type(shoulder_t) :: plain          !! the shoulder without cuts, which checks the sizes
   contains
     procedure, nopass :: add_keys
     procedure :: read_keys, check_size

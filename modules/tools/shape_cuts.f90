@@ -20,12 +20,13 @@ module tools_shape_cuts
 
   !> Sizes of the shoulder, the pin and the cuts.
   type :: cut_pin_shape_t
-    real(rp) :: radius = 0.0_rp, height = 0.0_rp        !! [m]
+    real(rp) :: radius = 0.0_rp, height = 0.0_rp        !! radius of the shoulder, height of the
+                                                        !! tool top [m]
     real(rp) :: slope = 0.0_rp  !! slope of the face, rising towards the axis
     real(rp) :: pin_radius = 0.0_rp, tip_radius = 0.0_rp, pin_length = 0.0_rp   !! [m]; 0: no pin
     type(grooves_t) :: thread, scroll
     integer :: n_flats = 0
-    real(rp) :: flat_depth = 0.0_rp                     !! [m]
+    real(rp) :: flat_depth = 0.0_rp                     !! depth of the flats [m]
   end type cut_pin_shape_t
 
   !> Points (r, z) of one section of a meridian, from the top, with decreasing keys that identify
@@ -162,7 +163,7 @@ contains
     integer :: i, rows
 
     face = shape%slope*(shape%radius - shape%pin_radius)
-    rows = 2                                     ! edges of flats on a cone need more
+    rows = 2                                     ! edges of flats on a cone need more rows
     if (abs(shape%pin_radius - shape%tip_radius) > 0.0_rp) rows = 2 + n_meridians/4
     call cross_grooves(shape%thread, phi, root, -shape%pin_length, rows, w, part, key)
     do i = 1, size(w)

@@ -51,7 +51,7 @@ contains
   !> Corner number at coordinate `w` and angle `phi`, fractional between corners.
   pure real(rp) function key_of(self, w, phi)
     class(grooves_t), intent(in) :: self
-    real(rp), intent(in) :: w, phi               !! [m], [rad]
+    real(rp), intent(in) :: w, phi               !! coordinate across the grooves [m], angle [rad]
     real(rp) :: from, rest, to, u
     integer :: i
 

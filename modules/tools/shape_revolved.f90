@@ -26,7 +26,8 @@ module tools_shape_revolved
     procedure :: distance, distances, bounds, sweep, outline, surface
   end type revolved_t
 
-  real(rp), parameter :: no_corner = 1.0e-200_rp   !! no edge; lengths over it are finite
+  real(rp), parameter :: no_corner = 1.0e-200_rp   !! sharpness of a corner that is no edge; lengths
+                                                   !! over it are finite
 
 contains
 
@@ -80,7 +81,7 @@ contains
     if (nearest > 0.0_rp .and. nearest < 1.0_rp .or. best <= 0.0_rp) then
       nr = -bz/length                     ! outward normal of the side
       nz = br/length
-    else                                  ! from the corner to the point
+    else                                  ! normal from the corner to the point
       er = r - ar - nearest*br
       ez = z - az - nearest*bz
       nr = er/d
@@ -115,7 +116,7 @@ contains
     real(rp) :: ar, az, br, bz, slope, t, side(n)
     integer :: i, p
 
-    distance = huge(1.0_rp)                     ! squared, until the end
+    distance = huge(1.0_rp)                     ! squared distance, until the end
     side = 1.0_rp
     do i = 1, profile%n - 1
       ar = profile%r(i); az = profile%z(i)

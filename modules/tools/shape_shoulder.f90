@@ -26,9 +26,9 @@ contains
     real(rp), intent(in) :: radius          !! radius of the shoulder [m]
     real(rp), intent(in) :: height          !! height of the top of the tool [m]
     real(rp), intent(in) :: concavity       !! angle by which the face rises towards the axis [rad]
-    real(rp), intent(in) :: pin_radius      !! at the face; 0: no pin [m]
-    real(rp), intent(in) :: tip_radius      !! at the tip [m]
-    real(rp), intent(in) :: pin_length      !! [m]
+    real(rp), intent(in) :: pin_radius      !! radius of the pin at the face; 0: no pin [m]
+    real(rp), intent(in) :: tip_radius      !! radius of the pin at the tip [m]
+    real(rp), intent(in) :: pin_length      !! length of the pin [m]
 
     new%radius = radius
     call new%profile%corner(0.0_rp, height)

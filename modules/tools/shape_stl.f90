@@ -58,7 +58,7 @@ contains
     end if
     path = file_path(input, 'TOOL', i)
     unit = metres(input%text('TOOL', i, 'UNIT'))
-    if (path == '' .or. unit <= 0.0_rp) return   ! reported already
+    if (path == '' .or. unit <= 0.0_rp) return   ! reported before
     before = input%diagnostics%count()
     call read_stl(path, facets, opened, input%diagnostics)
     if (.not. opened) call input%report('TOOL', i, 'FILE', path//' cannot be read')

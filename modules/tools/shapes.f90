@@ -59,7 +59,7 @@ contains
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     class(shape_t), allocatable, intent(out) :: shape
-    real(rp), intent(inout) :: frame(3, 3)         !! its columns: axes of the tool
+    real(rp), intent(inout) :: frame(3, 3)         !! axes of the tool, as columns
 
     call make_shape(input%text('TOOL', i, 'KIND'), shape)
     if (.not. allocated(shape)) return

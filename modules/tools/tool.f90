@@ -14,7 +14,7 @@ module tools_tool
 
   public :: tool_t, rigid_t
 
-  ! Indices of the sums that a tool accumulates between two reports.
+  ! Indices of the sums that a tool accumulates from the start of the run.
   integer, parameter, public :: &
     s_force = 1, &           !! impulse on the tool [N s], 3
     s_torque = 4, &          !! angular impulse on the tool about its axis against the spin [N m s]
@@ -28,7 +28,7 @@ module tools_tool
     s_heat = 12, &           !! friction heat and plastic work of all bodies, set in reports only
                              !! [J]
     ! Sums over the face where the metal layer under it may shear:
-    s_area = 13, &              !! area times time [m2 s]; the following are weighted by it:
+    s_area = 13, &              !! area times time [m2 s], the weight of the following sums:
     s_face_temperature = 14, &  !! temperature of the face [K m2 s]
     s_layer_thickness = 15, &   !! thickness of the shear layer [m3 s]
     s_layer_slip = 16, &        !! slip accommodated by layer shear [m3]
@@ -42,7 +42,7 @@ module tools_tool
   !> Mean rigid motion over a step.
   type :: rigid_t
     real(rp) :: centre(3) = 0.0_rp                         !! [m]
-    real(rp) :: velocity(3) = 0.0_rp, omega(3) = 0.0_rp    !! [m/s], [rad/s]
+    real(rp) :: velocity(3) = 0.0_rp, omega(3) = 0.0_rp  !! velocity [m/s], angular velocity [rad/s]
   contains
     procedure :: velocity_at
   end type rigid_t
@@ -55,26 +55,29 @@ module tools_tool
     real(rp) :: friction = 0.0_rp          !! coefficient of Coulomb's law
     type(friction_law_t) :: friction_law
     type(friction_table_t) :: friction_table  !! table of the coefficient of the law
-    real(rp) :: heat_fraction = 1.0_rp        !! fraction of the friction heat that enters the
+    real(rp) :: heat_fraction = 1.0_rp        !! given fraction of the friction heat that enters the
                                               !! material
-    real(rp) :: effusivity = 0.0_rp           !! if above 0, effusivity of the tool, which
-                                              !! determines that fraction [J/(m2 K s^0.5)]
+    real(rp) :: effusivity = 0.0_rp           !! effusivity of the tool [J/(m2 K s^0.5)]; above 0 it
+                                              !! determines the fraction of the friction heat that
+                                              !! enters the material
     type(heat_sink_t) :: heat                 !! sink of the remaining friction heat
     type(motion_t) :: motion
     type(drive_t) :: drive      !! machine that presses the tool along its axis
     type(monitor_t) :: monitor  !! load monitor: phase ends and limits
     integer :: n_phases = 0     !! phases in the input
-    ! Pose at the current time, and at the one before:
+    ! Pose at the current time and at the time before: position [m], velocity [m/s], angular
+    ! velocity [rad/s], axes.
     real(rp) :: position(3) = 0.0_rp, velocity(3) = 0.0_rp, omega(3) = 0.0_rp
     real(rp) :: axes(3, 3) = 0.0_rp        !! current local axes
     real(rp) :: last_position(3) = 0.0_rp, last_axes(3, 3) = 0.0_rp
-    real(rp) :: reference_position(3) = 0.0_rp, reference_axes(3, 3) = 0.0_rp  !! [m]; pose at the
-                                                                               !! last sort
+    real(rp) :: reference_position(3) = 0.0_rp, reference_axes(3, 3) = 0.0_rp  !! pose at the last
+                                                                               !! sort: position
+                                                                               !! [m], axes
     real(rp) :: spin = 0.0_rp                                 !! [rad/s]
     real(rp) :: angle = 0.0_rp                                !! angle turned since t = 0 [rad]
     real(rp) :: sums(n_tool_sums) = 0.0_rp
-    real(rp) :: max_face_temperature = 0.0_rp           !! largest face temperature in this step
-                                                        !! [K]; 0: no layer shears
+    real(rp) :: max_face_temperature = 0.0_rp           !! largest face temperature in this step; 0:
+                                                        !! no layer shears [K]
   contains
     procedure :: has_shape, has_friction, has_layer, heat_share, stirring_radius, move_to
     procedure :: mean_motion
@@ -88,7 +91,7 @@ contains
   !> Move the tool to its pose at time `t` by schedule and drive.
   elemental subroutine move_to(self, t)
     class(tool_t), intent(inout) :: self
-    real(rp), intent(in) :: t                   !! [s]
+    real(rp), intent(in) :: t                   !! time [s]
     real(rp) :: frame(3, 3), rate, shift(3), c, s
 
     self%last_position = self%position
@@ -111,7 +114,7 @@ contains
   !> Axes at time `t` without the spin, and their rate of rotation about z [rad/s].
   pure subroutine facing(self, t, frame, rate)
     class(tool_t), intent(in) :: self
-    real(rp), intent(in) :: t                   !! [s]
+    real(rp), intent(in) :: t                   !! time [s]
     real(rp), intent(out) :: frame(3, 3), rate
     real(rp) :: direction
 
@@ -135,7 +138,7 @@ contains
   !> Mean motion over the `dt` from `t`.
   pure type(rigid_t) function mean_motion(self, t, dt)
     class(tool_t), intent(in) :: self
-    real(rp), intent(in) :: t, dt               !! [s]
+    real(rp), intent(in) :: t, dt               !! time, time step [s]
     real(rp), dimension(3) :: from, to, unused
     real(rp) :: before, after, direction(2), frame(3, 3), spin
 
@@ -198,8 +201,8 @@ contains
                 .and. .not. self%friction_law%has_no_shear_limit()
   end function has_layer
 
-  !> Fraction of the friction heat that enters a material with this effusivity, sqrt(k rho c): that
-  !> of two half spaces with equal face temperature (thesis eq. 2.11), or the given one.
+  !> Fraction of the friction heat that enters a material of this effusivity, sqrt(k rho c): the
+  !> fraction of two half spaces with equal face temperature (thesis eq. 2.11), or the given one.
   elemental real(rp) function heat_share(self, effusivity)
     class(tool_t), intent(in) :: self
     real(rp), intent(in) :: effusivity            !! [J/(m2 K s^0.5)]
@@ -221,7 +224,8 @@ contains
   pure subroutine distance(self, x, d, n, edge_distance, cutoff)
     class(tool_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
-    real(rp), intent(out) :: d, n(3), edge_distance      !! [m], [-], [m]
+    real(rp), intent(out) :: d, n(3), edge_distance      !! signed distance [m], unit normal [-],
+                                                         !! distance to the edge [m]
     real(rp), intent(in), optional :: cutoff             !! [m]
     real(rp) :: y(3), m(3)
 
@@ -247,13 +251,13 @@ contains
     call self%distance(x, clearance, n, edge_distance)
   end function clearance
 
-  !> Signed distances of `n` positions x(:, 1:3) [m], or lower bounds that are found fast; beyond
-  !> `most` any value above it may be returned.
+  !> Signed distances of `n` positions x(:, 1:3) [m], or with `is_bound` lower bounds, which take
+  !> less time; beyond `most` any value above it may be returned.
   pure subroutine clearances(self, n, x, most, d, is_bound)
     class(tool_t), intent(in) :: self
     integer, intent(in) :: n
-    real(rp), intent(in) :: x(nlane, 3), most   !! [m]
-    real(rp), intent(out) :: d(n)               !! [m]
+    real(rp), intent(in) :: x(nlane, 3), most   !! position, cutoff distance [m]
+    real(rp), intent(out) :: d(n)               !! signed distances [m]
     logical, intent(in), optional :: is_bound
     real(rp) :: y(n, 3)
     integer :: a
@@ -272,7 +276,7 @@ contains
     end if
   end subroutine clearances
 
-  !> Store the pose, from which `displacement` counts.
+  !> Store the pose, from which `displacement` is measured.
   pure subroutine store_reference_pose(self)
     class(tool_t), intent(inout) :: self
 
@@ -280,7 +284,7 @@ contains
     self%reference_axes = self%axes
   end subroutine store_reference_pose
 
-  !> Upper bound of the approach of its surface to any point since the stored pose [m].
+  !> Upper bound of the approach of the tool surface to any point since the stored pose [m].
   pure real(rp) function displacement(self)
     class(tool_t), intent(in) :: self
 
@@ -317,7 +321,7 @@ contains
   pure subroutine record_impulse(self, rigid, x, push, hold, mean)
     class(tool_t), intent(inout) :: self
     type(rigid_t), intent(in) :: rigid        !! motion of the tool in this step
-    real(rp), intent(in) :: x(3)              !! [m]
+    real(rp), intent(in) :: x(3)              !! position [m]
     real(rp), intent(in) :: push(3), hold(3)  !! impulses normal and tangential to the surface [N s]
     real(rp), intent(in) :: mean(3)           !! mean velocity of the material in the step [m/s]
     real(rp), dimension(3) :: arm, impulse, moment, normal, slip, surface

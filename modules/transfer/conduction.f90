@@ -23,8 +23,10 @@ contains
   !> Add capacity (lane 1), capacity times temperature (2) and stored heat (3) of a block.
   subroutine capacity_to_grid(n, w, first, stride, nn, c_p, mass, temp, heat, rec, g)
     integer, intent(in) :: n, first(nlane), stride(3), nn
-    real(rp), intent(in) :: w(nlane, 18), c_p(nlane)                !! [J/(kg K)]
-    real(rp), intent(in) :: mass(nlane), temp(nlane), heat(nlane)   !! [kg], [K], [J]
+    real(rp), intent(in) :: w(nlane, 18), c_p(nlane)                !! weights and slopes, specific
+                                                                    !! heat [J/(kg K)]
+    real(rp), intent(in) :: mass(nlane), temp(nlane), heat(nlane)   !! mass [kg], temperature [K],
+                                                                    !! heat [J]
     real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nn)
     integer :: p
 
@@ -40,7 +42,8 @@ contains
   !> Add capacity times the pressure across each axis (lanes 6:8) of a block.
   subroutine pressure_to_grid(n, w, first, stride, nn, c_p, j, mass, tau, rec, g)
     integer, intent(in) :: n, first(nlane), stride(3), nn
-    real(rp), intent(in) :: w(nlane, 18), c_p(nlane)          !! [J/(kg K)]
+    real(rp), intent(in) :: w(nlane, 18), c_p(nlane)          !! weights and slopes, specific heat
+                                                              !! [J/(kg K)]
     real(rp), intent(in) :: j(nlane), mass(nlane), tau(nlane, 3)  !! [-], [kg], Kirchhoff stress
                                                                   !! [Pa]
     real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nn)
@@ -79,15 +82,15 @@ contains
   end subroutine nodal_temperature
 
   !> Add the heat conducted in `dt` by a block to lane 5 of `flux`, from the temperature in lane 4
-  !> of `g`; capacity times the fraction `smoothing` to lane 7; and that times the difference of the
-  !> particles from the nodal temperature in lane 5 of `g` to lane 8.
+  !> of `g`; add capacity times the fraction `smoothing` to lane 7, and this product times the
+  !> difference of the particles from the nodal temperature in lane 5 of `g` to lane 8.
   subroutine flux_to_grid(n, w, first, stride, nn, dt, conductivity, volume, c_p, j, mass, temp, &
                           smoothing, g, rec, flux)
     integer, intent(in) :: n, first(nlane), stride(3), nn
-    real(rp), intent(in) :: w(nlane, 18), dt                 !! [s]
+    real(rp), intent(in) :: w(nlane, 18), dt                 !! weights and slopes, time step [s]
     real(rp), intent(in) :: conductivity(nlane)              !! [W/(m K)]
     real(rp), intent(in) :: volume                           !! initial volume over mass [m3/kg]
-    real(rp), intent(in) :: c_p(nlane)                       !! [J/(kg K)]
+    real(rp), intent(in) :: c_p(nlane)                       !! specific heat [J/(kg K)]
     real(rp), intent(in) :: j(nlane), mass(nlane), temp(nlane), smoothing(nlane), g(8, nn)
     real(rp), intent(inout) :: rec(8, 4, nlane), flux(8, nn)
     type(lanes_t), parameter :: wanted = lanes_t(sloped=4, n_sloped=1, plain=5, n_plain=1)
@@ -127,7 +130,9 @@ contains
 
   !> Add the film loss in `dt` of a face at `s` to lane 5 of `flux`, with linear weights.
   subroutine film_to_grid(dt, film, area, ambient, s, stride, nn, g, flux, lost)
-    real(rp), intent(in) :: dt, film, area, ambient   !! [s], [W/(m2 K)], [m2], [K]
+    real(rp), intent(in) :: dt, film, area, ambient   !! time step [s], heat-transfer coefficient
+                                                      !! [W/(m2 K)], area [m2], ambient temperature
+                                                      !! [K]
     real(rp), intent(in) :: s(3)                      !! position from the first node [cells]
     integer, intent(in) :: stride(3), nn
     real(rp), intent(in) :: g(8, nn)
@@ -191,11 +196,12 @@ contains
   end subroutine temperature_increment
 
   !> Update the particle temperatures by the increment in lane 5 and consume their stored heat. They
-  !> return the fraction `smoothing` of their difference from the nodes (lane 8) less its own nodal
-  !> mean (lane 7), the part that no node can see: increments alone would preserve a jump between
-  !> neighbouring particles for ever. Weighting the mean by `smoothing` conserves heat to rounding
-  !> and passes none to a particle with little smoothing: an unweighted mean lets a particle at rest
-  !> drift by what its flowing neighbours return. A smooth field changes by (k h)^4 only.
+  !> return the fraction `smoothing` of their difference from the nodes (lane 8) less the nodal mean
+  !> of this difference (lane 7), the part that nodes do not resolve: increments alone would
+  !> preserve a jump between neighbouring particles. Weighting the mean by `smoothing` conserves
+  !> heat to rounding and gives no heat to a particle with little smoothing: with an unweighted mean
+  !> a particle at rest drifts by the heat that its flowing neighbours return. A smooth field
+  !> changes by (k h)^4 only.
   subroutine heat_particles(n, w, first, stride, nn, g, c_p, mass, smoothing, rec, temp, heat, &
                             gained, smoothing_heat)
     integer, intent(in) :: n, first(nlane), stride(3), nn

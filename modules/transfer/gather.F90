@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
 !> Transfer from the grid to a block of particles. Neighbours in the block mostly have the same 27
 !> nodes, since particles are sorted by node: such runs fill the lanes of vectors, share the loads
-!> of a node, and use only the required lanes of a record. That takes a third of the operations of
-!> one particle at a time with a node's record in a vector (transfer_kernels), which remains for
-!> particles with nodes of their own. Sum-factorised; nodes lie z-fastest.
+!> of a node, and use only the required lanes of a record. This takes a third of the operations of
+!> processing one particle at a time with a node's record in a vector (transfer_kernels), which is
+!> used for particles with nodes of their own. Sum-factorised; nodes lie z-fastest.
 module transfer_gather
   use base_kinds, only: nlane, rp
   use base_system, only: fetch_some
@@ -59,8 +59,8 @@ contains
     end do
   end subroutine gather_block
 
-  !> Gather for particles p to p+m-1, which have the same nodes. Lanes behind them are overwritten;
-  !> they are gathered later.
+  !> Gather for particles p to p+m-1, which have the same nodes. Lanes behind them are overwritten
+  !> and gathered later.
   subroutine gather_run(lanes, p, m, w, first, stride, nn, g, rec, v, s, u)
     type(lanes_t), intent(in) :: lanes
     integer, intent(in) :: p, m, first(nlane), stride(3), nn
@@ -123,7 +123,8 @@ contains
   !> its multiplication.
   pure subroutine copy_nodes(q, stride, g, c)
     integer, intent(in) :: q, stride(3)
-    real(rp), intent(in) :: g(8, *)                  !! from the first of the lanes on
+    real(rp), intent(in) :: g(8, *)                  !! records, from the first of the copied lanes
+                                                     !! on
     real(rp), intent(inout) :: c(8, 3, 3, *)
     real(rp) :: a1, a2, a3, b1, b2, b3, d1, d2, d3, m1, m2, m3, m4, m5, m6, m7, m8, m9
     integer :: f, sx, sy

@@ -2,9 +2,9 @@
 !> Transfer from a block of particles to the grid. Neighbours in the block mostly have the same 27
 !> nodes, since particles are sorted by node: their sums stay in registers and are added to the
 !> nodes at the end of the run. Weights add up to one and slopes to zero on each axis, so that sums
-!> of the outer two weights and of the whole suffice, a third of the multiplications less; the
-!> middle node gets the whole less the outer two. Records as in transfer_kernels, which handles
-!> particles with nodes of their own.
+!> over all particles with the two outer weights and without a weight suffice, with a third fewer
+!> multiplications; the middle node gets the difference. Records are those of transfer_kernels,
+!> which handles particles with nodes of their own.
 module transfer_scatter
 #ifdef STIRPOINT_CONTRACTS
   use base_errors, only: fatal
@@ -17,7 +17,7 @@ module transfer_scatter
 
   public :: p2g_affine_block, p2g_block, p2g_values_block
 
-  integer, parameter :: min_run = 3    ! shortest run worth vectorising
+  integer, parameter :: min_run = 3    ! shortest run of particles that is vectorised
   integer, parameter :: max_run = 16    ! longest run: memory is prefetched between runs
   integer, parameter :: n_sloped = 9 - to_slopes   !! lanes that a run adds by slopes at once
 
@@ -180,7 +180,8 @@ contains
   !> Add `n_sloped` lanes by weights and slopes.
   subroutine p2g_slopes_run(p, m, w, q, rec, stride, g)
     integer, intent(in) :: p, m, q, stride(3)
-    real(rp), intent(in) :: w(nlane, 18), rec(8, 4, *)   !! from the first of the lanes on
+    real(rp), intent(in) :: w(nlane, 18), rec(8, 4, *)   !! weights; records, from the first of the
+                                                         !! added lanes on
     real(rp), intent(inout) :: g(8, *)
     real(rp) :: a0, ay, az, r0, r1, a, b, d, t(n_sloped, 3, 3, 3)
     integer :: f, i, k, o, sy

@@ -51,10 +51,10 @@ contains
   !> `at` of the patch, whose centres, inverse widths and neighbour coefficients are in `span`.
   subroutine graded_axis(n_span, span, at, x, w, slope)
     integer, intent(in) :: n_span                    !! number of spans of the patch
-    real(rp), intent(in) :: span(5, 0:n_span - 1)    !! as in grading_t
+    real(rp), intent(in) :: span(5, 0:n_span - 1)    !! data of the spans, as in grading_t
     integer, intent(in) :: at(nlane)                 !! span of each particle, from 0
-    real(rp), intent(in) :: x(nlane)                 !! [m]
-    real(rp), intent(out) :: w(nlane, 3), slope(nlane, 3)   !! [-], [1/m]
+    real(rp), intent(in) :: x(nlane)                 !! positions [m]
+    real(rp), intent(out) :: w(nlane, 3), slope(nlane, 3)   !! weights [-], slopes [1/m]
     real(rp) :: d, g1, g3
     real(rp), dimension(nlane) :: below, above, inv, off
     integer :: p
@@ -76,12 +76,12 @@ contains
     end do
   end subroutine graded_axis
 
-  !> Do the same on a uniform axis, and find the spans `at`.
+  !> Weights and slopes on a uniform axis, and the spans `at` of the particles.
   subroutine uniform_axis(origin, inv_h, x, at, w, slope)
     real(rp), intent(in) :: origin                   !! position of the patch's first node [m]
-    real(rp), intent(in) :: inv_h, x(nlane)          !! [1/m], [m]
+    real(rp), intent(in) :: inv_h, x(nlane)          !! inverse cell edge [1/m], position [m]
     integer, intent(out) :: at(nlane)
-    real(rp), intent(out) :: w(nlane, 3), slope(nlane, 3)   !! [-], [1/m]
+    real(rp), intent(out) :: w(nlane, 3), slope(nlane, 3)   !! weights [-], slopes [1/m]
     real(rp) :: d, g1, g3, s
     integer :: p
 
@@ -137,14 +137,17 @@ contains
   !> First moments w (x_i - x_p) of the weights, stored in place of the slopes, and second moments
   !> `square` = sum w (x_i - x_p)^2 on each axis.
   subroutine moment_weights(origin, edge, x, w, moment, square)
-    real(rp), intent(in) :: origin(3), edge(3), x(nlane, 3), w(nlane, 18)  !! [m]
-    real(rp), intent(out) :: moment(nlane, 18), square(nlane, 3)  !! [m], [m2]
+    real(rp), intent(in) :: origin(3), edge(3), x(nlane, 3), w(nlane, 18)  !! first node, cell
+                                                                           !! edges, positions [m],
+                                                                           !! weights
+    real(rp), intent(out) :: moment(nlane, 18), square(nlane, 3)  !! first moments [m], second
+                                                                  !! moments [m2]
     real(rp) :: s, d, h, inv_h
     integer :: a, o, p
 
     do a = 1, 3
       h = edge(a)
-      inv_h = 1.0_rp/h                       ! the nearest node by the rounding of the weights
+      inv_h = 1.0_rp/h                       ! nearest node by the same rounding as for the weights
       o = 3*(a - 1)
       !$omp simd private(s, d)
       do p = 1, nlane
@@ -188,8 +191,8 @@ contains
     end if
   end subroutine point_nodes
 
-  !> Weights of three nodes for a domain around `d` that reaches no farther than them: the mean of
-  !> their linear functions over the domain.
+  !> Weights of three nodes for a domain around `d` that lies between them: the mean of the linear
+  !> nodal functions over the domain.
   pure function domain_weights(d, half) result(w)
     real(rp), intent(in) :: d                !! centre of the domain from the middle node [cells]
     real(rp), intent(in) :: half             !! half length of the domain, above 0 [cells]
