@@ -5,13 +5,13 @@ program stirpoint
   use base_errors, only: error_t
   use base_files, only: write_whole
   use base_kinds, only: i8, rp
-  use base_log, only: close_log, log_is_lost, note_log, open_log, say
+  use base_log, only: close_log, log_is_lost, log_line, open_log, write_log
   use base_system, only: leave_signals, stop_signal, watch_signals
   use base_text, only: str
   use base_version, only: version_text
   use base_world, only: agree, end_world, mpi_text, start_world, world_t
   use front_command_line, only: command_t, read_command
-  use front_help, only: print_help, print_keys_of, print_materials, print_new
+  use front_help, only: print_help, print_keys_of, print_materials, print_template
   use front_material_driver, only: drive_material
   use front_prepare, only: place_particles, read_scene
   use front_report, only: report_heat_scene, report_scene, warn_of_overlap
@@ -20,7 +20,7 @@ program stirpoint
   use heat_petsc, only: end_petsc
   use input_resolved, only: resolved_text
   use input_values, only: input_t
-  use io_folder, only: clear_folder, take_folder
+  use io_folder, only: clear_folder, lock_folder
   use run_loop, only: ended_by_signal, ended_io, ended_well, run
   use setup_heat_scene, only: build_heat_scene
   use setup_sinks, only: log_heat_shares
@@ -77,7 +77,7 @@ contains
     case ('keys')
       call print_keys_of(command%topic, ok)
     case ('new')
-      call print_new(command%topic, ok)
+      call print_template(command%topic, ok)
     case default
       call print_materials(ok)
     end select
@@ -116,7 +116,7 @@ contains
       call free_simulation(sim)
       return
     end if
-    if (command%restart == '') call warn_of_overlap(world, input, command%sets, sim)
+    if (command%restart == '') call warn_of_overlap(world, input, command%overrides, sim)
     if (command%action == 'check') then
       call report_scene(world, input, sim, counts, volumes, command%topic == '')
     else if (.not. is_stopped(status)) then
@@ -160,17 +160,17 @@ contains
     integer, intent(inout) :: status
     type(error_t) :: error
     character(:), allocatable :: note
-    logical :: is_taken
+    logical :: is_locked
     integer :: frames
 
     frames = 0
     if (allocated(frame_times)) frames = size(frame_times)
-    call take_folder(world, output%directory, output%name, note, is_taken, error)
-    if (world%is_root() .and. note /= '') call say(note)
+    call lock_folder(world, output%directory, output%name, note, is_locked, error)
+    if (world%is_root() .and. note /= '') call log_line(note)
     if (.not. error%is_set()) then
       call clear_folder(world, output%directory, output%name, output%run, command%restart, frames, &
                         command%overwrites, note, error)
-      if (world%is_root() .and. note /= '') call say(note)
+      if (world%is_root() .and. note /= '') call log_line(note)
     end if
     if (world%is_root() .and. .not. error%is_set()) then
       call open_log(output%directory//'/'//output%name//'.log', appends=command%restart /= '')
@@ -179,7 +179,7 @@ contains
     end if
     call agree(world, error)
     if (error%is_set()) then
-      status = merge(bad_input, ended_io, is_taken)
+      status = merge(bad_input, ended_io, is_locked)
       if (world%is_root()) write (error_unit, '(2a)') 'stirpoint: error: ', error%message
     end if
   end subroutine open_results
@@ -207,11 +207,11 @@ contains
 
     if (.not. world%is_root() .or. .not. allocated(message)) return
     if (status /= ended_well) then
-      call note_log('stirpoint: '//message)
+      call write_log('stirpoint: '//message)
       call close_log()
       write (error_unit, '(2a)') 'stirpoint: ', message
     else
-      call say('results in '//sim%scene%output%directory)
+      call log_line('results in '//sim%scene%output%directory)
     end if
   end subroutine report_end
 

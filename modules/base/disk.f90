@@ -6,7 +6,7 @@ module base_disk
   implicit none (type, external)
   private
 
-  public :: file_sum, sum_words, sync_file, keep_file, lock_file, list_directory, random_number64
+  public :: file_sum, sum_words, sync_file, link_file, lock_file, list_directory, random_number64
   public :: process_number, host_name, full_path, file_bytes, read_head, write_head
   public :: locked, locked_elsewhere, has_no_locks
 
@@ -36,11 +36,11 @@ module base_disk
       character(kind=c_char), intent(in) :: path(*)
     end function c_sync
 
-    integer(c_int) function c_keep(path, kept) bind(c, name='stirpoint_keep')
+    integer(c_int) function c_link(path, kept) bind(c, name='stirpoint_keep')
       import :: c_char, c_int
       implicit none (type, external)
       character(kind=c_char), intent(in) :: path(*), kept(*)
-    end function c_keep
+    end function c_link
 
     integer(c_int) function c_lock(path, seconds) bind(c, name='stirpoint_lock')
       import :: c_char, c_double, c_int
@@ -106,11 +106,11 @@ contains
 
   !> Give a file a second name; a file of that name is replaced. True also if there is no file
   !> `path`.
-  logical function keep_file(path, kept)
+  logical function link_file(path, kept)
     character(*), intent(in) :: path, kept
 
-    keep_file = c_keep(trim(path)//c_null_char, trim(kept)//c_null_char) == 0
-  end function keep_file
+    link_file = c_link(trim(path)//c_null_char, trim(kept)//c_null_char) == 0
+  end function link_file
 
   !> Lock a file, which is created if needed, until this process ends. Returns locked,
   !> locked_elsewhere (after `seconds`), has_no_locks (of the file system), or a negative value if

@@ -8,7 +8,7 @@ module base_log
   implicit none (type, external)
   private
 
-  public :: close_log, log_is_lost, note_log, open_log, say, show_progress, window_width
+  public :: close_log, log_is_lost, write_log, open_log, log_line, show_progress, window_width
 
   character, parameter :: nl = new_line('a')
   character(*), parameter :: clear_line = achar(13)//achar(27)//'[K'
@@ -40,14 +40,14 @@ contains
 
   !> Write a line to standard output and the log. The first failure is reported on standard error,
   !> except for a closed pipe (`| head`), after which nothing more is written.
-  subroutine say(text)
+  subroutine log_line(text)
     character(*), intent(in) :: text
 
-    call note_log(text)
+    call write_log(text)
     if (is_drawn) call put(clear_line)
     is_drawn = .false.
     call put(text//nl)
-  end subroutine say
+  end subroutine log_line
 
   !> Show a progress line: in a window of `width` columns in place, otherwise (0) as a log line.
   subroutine show_progress(text, width)
@@ -55,7 +55,7 @@ contains
     integer, intent(in) :: width
 
     if (width == 0) then
-      call say(text)
+      call log_line(text)
     else
       call put(clear_line//text(:min(len(text), width - 1)))
       is_drawn = .true.
@@ -77,7 +77,7 @@ contains
   end subroutine put
 
   !> Write a line to the log only.
-  subroutine note_log(text)
+  subroutine write_log(text)
     character(*), intent(in) :: text
 
     if (is_open) then
@@ -86,7 +86,7 @@ contains
       if (.not. allocated(early)) early = ''
       early = early//text//nl
     end if
-  end subroutine note_log
+  end subroutine write_log
 
   !> Open the log file, new or to append, and write the lines stored so far.
   subroutine open_log(path, appends)

@@ -9,10 +9,10 @@ module base_system
   implicit none (type, external)
   private
 
-  public :: allocate_aligned, available_memory, data_file, fetch_some, free_aligned, &
-            leave_signals, make_directory, need_soon, note_step, open_library, peak_memory, &
-            program_folder, remove_file, rename_file, resize_aligned, set_default_variable, &
-            stop_signal, symbol_of, to_records, watch_signals
+  public :: allocate_aligned, available_memory, data_file, free_aligned, leave_signals, &
+            make_directory, note_step, open_library, prefetch_lines, register_prefetch, &
+            pack_records, peak_memory, program_folder, remove_file, rename_file, resize_aligned, &
+            set_default_variable, stop_signal, symbol_of, watch_signals
 
   interface
     function c_aligned_alloc(alignment, size) bind(c, name='aligned_alloc') result(p)
@@ -90,29 +90,29 @@ module base_system
 
     !> Register `bytes` of memory from `p`, except those from `gap_from` to `gap_to`, for
     !> prefetching by `prefetch_lines`.
-    subroutine need_soon(p, bytes, gap_from, gap_to) bind(c, name='stirpoint_need_soon')
+    subroutine register_prefetch(p, bytes, gap_from, gap_to) bind(c, name='stirpoint_need_soon')
       import :: c_double, c_int
       implicit none (type, external)
       real(c_double), intent(in) :: p(*)
       integer(c_int), value :: bytes, gap_from, gap_to
-    end subroutine need_soon
+    end subroutine register_prefetch
 
     !> Prefetch the next `lines` cache lines of 64 bytes of the registered memory.
-    subroutine fetch_some(lines) bind(c, name='stirpoint_fetch_some')
+    subroutine prefetch_lines(lines) bind(c, name='stirpoint_fetch_some')
       import :: c_int
       implicit none (type, external)
       integer(c_int), value :: lines
-    end subroutine fetch_some
+    end subroutine prefetch_lines
 
     !> Records rec(8, 4, n) of n particles (a multiple of 8) for the transfer to the grid: values
     !> from `value(n, 8)`, lanes 5:7 of the slope parts from `slope(n, 9)`, all other lanes 0.
-    pure subroutine to_records(n, value, slope, rec) bind(c, name='stirpoint_to_records')
+    pure subroutine pack_records(n, value, slope, rec) bind(c, name='stirpoint_to_records')
       import :: c_double, c_int
       implicit none (type, external)
       integer(c_int), value :: n
       real(c_double), intent(in) :: value(*), slope(*)
       real(c_double), intent(inout) :: rec(*)
-    end subroutine to_records
+    end subroutine pack_records
 
     function c_open_library(name) bind(c, name='stirpoint_open_library') result(trouble)
       import :: c_char, c_ptr

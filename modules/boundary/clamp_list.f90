@@ -46,8 +46,9 @@ contains
   end subroutine list_clamps
 
   !> Collective. List the nodes of the columns along `axis`, including columns that only other ranks
-  !> list. Columns along one axis share no nodes, so that a rank that stores a whole column knows
-  !> the result at its nodes; columns along different axes share nodes at the edges of clamps.
+  !> list. Columns along one axis share no nodes, so that a rank that stores a whole column
+  !> computes the result at its nodes; columns along different axes share nodes at the edges of
+  !> clamps.
   subroutine list_column_nodes(sim, axis)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: axis

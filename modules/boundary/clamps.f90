@@ -3,7 +3,7 @@
 !> lies between nodes, the velocity at the face is held instead of the next node: v(face) = sum w v
 !> of the two or three nodes across it, by the impulse w lambda on each of them (a projection in the
 !> mass norm, which cannot add energy to a body at rest). A node with much less mass than one at the
-!> end of a body would absorb all of lambda and let the rest of the body pass: its weight decreases
+!> end of a body would take all of lambda without holding the rest of the body: its weight decreases
 !> with its mass.
 !>
 !> Coulomb friction on walls that are mirrors. Reflection leaves the force that presses on the wall
@@ -25,7 +25,7 @@ module boundary_clamps
   implicit none (type, external)
   private
 
-  public :: box_has, hold_walls, release_held, yield_to_tools
+  public :: box_has, hold_walls, release_held, release_near_tools
 
   real(rp), parameter, public :: slack = 1.0e-6_rp   !! tolerance of positions [cells]
 
@@ -64,12 +64,12 @@ contains
     real(rp) :: least
     integer :: axis, i, lane
 
-    if (all(sim%scene%symmetry%friction <= 0.0_rp)) return
+    if (all(sim%scene%symmetry%friction_coefficient <= 0.0_rp)) return
     least = min_node_inertia(sim%scene, sim%clock)
     associate (plane => sim%boundary%mirrors%plane)
       do i = 1, size(pressing)
         associate (wall => sim%scene%symmetry(plane(2, i)), q => plane(1, i))
-          if (wall%friction <= 0.0_rp) cycle
+          if (wall%friction_coefficient <= 0.0_rp) cycle
           lane = wall%axis
           pressing(i) = merge(-1.0_rp, 1.0_rp, wall%faces_up)*max(g(8, q), least)*g(4 + lane, q)
           g([lane, 4 + lane], q) = 0.0_rp
@@ -78,8 +78,9 @@ contains
       do axis = 1, 3                            ! the same order on all ranks
         do i = 1, size(pressing)
           associate (wall => sim%scene%symmetry(plane(2, i)))
-            if (wall%axis == axis .and. wall%friction > 0.0_rp) then
-              call stop_node(sim, plane(2, i), plane(1, i), wall%friction*pressing(i), least, g)
+            if (wall%axis == axis .and. wall%friction_coefficient > 0.0_rp) then
+              call stop_node(sim, plane(2, i), plane(1, i), wall%friction_coefficient*pressing(i), &
+                             least, g)
             end if
           end associate
         end do
@@ -292,7 +293,7 @@ contains
 
   !> Remove the nodes and columns near tools, at the tool positions at the beginning of a step, from
   !> the lists of held ones.
-  subroutine yield_to_tools(sim)
+  subroutine release_near_tools(sim)
     type(simulation_t), intent(inout) :: sim
     logical :: meets(size(sim%tool), size(sim%scene%clamp))
     integer, allocatable :: kept(:)
@@ -300,7 +301,7 @@ contains
 
     do c = 1, size(sim%scene%clamp)
       do k = 1, size(sim%tool)
-        meets(k, c) = comes_into(sim, k, c)
+        meets(k, c) = enters_box(sim, k, c)
       end do
     end do
     if (.not. any(meets) .and. .not. allocated(sim%boundary%listed_node)) return
@@ -342,23 +343,23 @@ contains
         if (d <= 0.0_rp .or. box_has(sim, c, x - d*n)) holds = .false.
       end do
     end function holds
-  end subroutine yield_to_tools
+  end subroutine release_near_tools
 
   !> True if tool `k` moves relative to clamp `c` and its bounding box overlaps that of the clamp.
-  pure logical function comes_into(sim, k, c)
+  pure logical function enters_box(sim, k, c)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: k, c
     real(rp) :: lower(3), upper(3)
 
-    comes_into = .false.
+    enters_box = .false.
     associate (tool => sim%tool(k), clamp => sim%scene%clamp(c)%clamp)
       if (clamp%is_wall .or. .not. tool%has_shape()) return
       if (.not. (tool%drive%is_free .or. .not. clamp%is_uniform .or. any(abs(tool%omega) > 0.0_rp) &
                  .or. any(abs(tool%velocity - clamp%velocity) > 0.0_rp))) return
       call tool%bounds(lower, upper)
-      comes_into = all(lower <= clamp%upper .and. upper >= clamp%lower)
+      enters_box = all(lower <= clamp%upper .and. upper >= clamp%lower)
     end associate
-  end function comes_into
+  end function enters_box
 
   !> True if `x` or one of its nearest images is inside the box of clamp `c`.
   pure logical function box_has(sim, c, x)

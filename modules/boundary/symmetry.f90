@@ -82,7 +82,9 @@ contains
       do turn = 1, 3                           ! a corner joins at most three axes
         do i = 1, m%n_pairs
           nodes = [m%pair(1:2, i), m%pair(1, i)]
-          if (sim%scene%symmetry(m%pair(3, i))%friction > 0.0_rp) nodes(3) = sum(nodes(1:2))/2
+          if (sim%scene%symmetry(m%pair(3, i))%friction_coefficient > 0.0_rp) then
+            nodes(3) = sum(nodes(1:2))/2
+          end if
           if (any(marked(nodes))) marked(nodes) = .true.
         end do
       end do
@@ -249,7 +251,7 @@ contains
         c = m%pair(3, i)
         if (present(mass_behind)) mass_behind(i) = g(1, b)
         lost(:, c) = lost(:, c) + (sign(:, c) - 1.0_rp)*g(:, b)
-        if (kind == r_momentum .and. sim%scene%symmetry(c)%friction > 0.0_rp) then
+        if (kind == r_momentum .and. sim%scene%symmetry(c)%friction_coefficient > 0.0_rp) then
           associate (lane => 4 + sim%scene%symmetry(c)%axis, on => (a + b)/2)
             g(lane, on) = g(lane, on) + 2.0_rp*g(lane, b)
             lost(lane, c) = lost(lane, c) + 2.0_rp*g(lane, b)   ! counted at the node on the wall
@@ -263,7 +265,7 @@ contains
         c = m%plane(2, i)
         odd = 0.5_rp*(1.0_rp - sign(:, c))
         lost(:, c) = lost(:, c) - odd*g(:, a)
-        if (kind == r_momentum .and. sim%scene%symmetry(c)%friction > 0.0_rp) then
+        if (kind == r_momentum .and. sim%scene%symmetry(c)%friction_coefficient > 0.0_rp) then
           odd(4 + sim%scene%symmetry(c)%axis) = 0.0_rp
         end if
         g(:, a) = (1.0_rp - odd)*g(:, a) + 0.5_rp*shift(:, c)*g(1, a)

@@ -14,7 +14,7 @@ module contact_body_kept
 
   public :: keep_entries, recall
 
-  real(rp), parameter :: longest_way = 0.005_rp    !! largest path of a body with an unchanged
+  real(rp), parameter :: max_path = 0.005_rp       !! largest path of a body with an unchanged
                                                    !! normal [shortest cell edges]
 
 contains
@@ -40,7 +40,7 @@ contains
       end do
       if (o > size(pairs%kept, 2)) exit
       if (pairs%kept(1, o) > sought) cycle
-      if (pairs%kept(n_kept, o) > longest_way*minval(patch%edges_at(pairs%x(:, e)))) cycle
+      if (pairs%kept(n_kept, o) > max_path*minval(patch%edges_at(pairs%x(:, e)))) cycle
       values(:, e) = pairs%kept(2:, o)
     end do
   end subroutine recall

@@ -169,8 +169,8 @@ contains
   end function half_lengths
 
   !> Positions of the particles of a block and the tensors of their size, as stored in bundles: half
-  !> the length along a direction n is sqrt(n.t n f), with f from `sizes_along`. cpGIMP knows the
-  !> current edges, otherwise the elastic stretch b is applied.
+  !> the length along a direction n is sqrt(n.t n f), with f from `sizes_along`. With cpGIMP the
+  !> current edges are stored, otherwise the elastic stretch b is applied.
   pure function rows_of(scene, n, nf, ps, half) result(u)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: n, nf

@@ -4,9 +4,9 @@
 !> Trial normals of a node: out of the first body, out of the second (reversed), their mean, and one
 !> from both bodies by the sum of volume gradients or by the plane that separates their particles
 !> (linear regression with labels -1 and 1; Nairn, Hammerquist & Smith 2020, CMAME 362:112859, use
-!> the logistic one). The one with the largest gap separates the bodies best. At edges, where a node
-!> sees few particles, none of them may be right: the mean of the normals chosen at the surrounding
-!> nodes is tried last.
+!> the logistic one). The one with the largest gap separates the bodies best. At edges, where only
+!> few particles belong to a node, none of them may be right: the mean of the normals chosen at the
+!> surrounding nodes is tried last.
 module contact_body_normals
   use base_kinds, only: rp
   use contact_body_near, only: far_distance

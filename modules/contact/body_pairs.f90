@@ -13,8 +13,8 @@ module contact_body_pairs
   use simulation_parts, only: boundary_t
   use simulation_run, only: budget_t, clock_t, e_contact, e_friction, e_normal_loss
   use simulation_scene, only: scene_t, scheme_usavg
-  use tools_pair, only: is_apart, is_stuck, law_coulomb, moves_as_one, pair_impulse, pair_law_t, &
-                        pair_loss
+  use tools_pair, only: compute_pair_impulse, compute_pair_loss, is_apart, is_stuck, law_coulomb, &
+                        moves_as_one, pair_law_t
   use tools_tool, only: s_metal_slip, s_force, s_friction, s_normal_loss, s_normal_impulse, &
                         s_tool_slip, s_to_plate, s_torque, s_work, tool_t
   implicit none (type, external)
@@ -117,7 +117,7 @@ contains
     do k = 1, 2
       mean(:, k) = g(1:3, k) - 0.5_rp*g(5:7, k) + 0.5_rp*(3 - 2*k)*inverse(k)*impulse
     end do
-    call pair_loss(pairs%normal(:, e), impulse, mean, friction, normal_loss)
+    call compute_pair_loss(pairs%normal(:, e), impulse, mean, friction, normal_loss)
   end function normal_loss_at
 
   !> Collective. Correct interpolated nodal velocities: rigid bodies have their own, and groups
@@ -218,10 +218,12 @@ contains
         pairs%state(e) = is_apart              ! too far for contact within a step
       else
         law = contact%law
-        if (law%kind == law_coulomb .and. any(g(4, :) >= contact%melts_at)) law%friction = 0.0_rp
-        call pair_impulse(law, dt, gap, slack*h, &
-                          merge(0.0_rp, surplus, any(inverse <= 0.0_rp)), &
-                          pairs%normal(:, e), inverse, v, impulse, pairs%state(e))
+        if (law%kind == law_coulomb .and. any(g(4, :) >= contact%melts_at)) then
+          law%friction_coefficient = 0.0_rp
+        end if
+        call compute_pair_impulse(law, dt, gap, slack*h, &
+                                  merge(0.0_rp, surplus, any(inverse <= 0.0_rp)), &
+                                  pairs%normal(:, e), inverse, v, impulse, pairs%state(e))
       end if
     end associate
   end subroutine find_impulse
@@ -249,7 +251,7 @@ contains
     integer :: k
 
     associate (tools => scene%tool_of(groups), contact => scene%contact(pairs%pair(e)))
-      call pair_loss(pairs%normal(:, e), impulse, mean, friction, normal_loss)
+      call compute_pair_loss(pairs%normal(:, e), impulse, mean, friction, normal_loss)
       if (any(temp >= contact%melts_at)) then
         normal_loss = normal_loss + friction
         friction = 0.0_rp

@@ -36,8 +36,8 @@ contains
         pairs%item(side + 1, e) = near%n_items
         associate (first => pairs%item(side, e) + 1, last => pairs%item(side + 1, e))
           if (contact%normal == normal_regression) then
-            call sum_all(last - first + 1, near%item(:, first:last), near%n_bundles, &
-                         near%bundle, pairs%x(:, e), 1.0_rp/mean_edge(patch%h), part)
+            call sum_moments(last - first + 1, near%item(:, first:last), near%n_bundles, &
+                             near%bundle, pairs%x(:, e), 1.0_rp/mean_edge(patch%h), part)
             call add_moments(2*side - 3, part(n_gradient + 1:), &
                               pairs%sums(s_moment:s_moment + 13, e))
           else
@@ -79,7 +79,7 @@ contains
 
   !> Volume gradient [m2] and moments of the particles in `m` items. Positions are relative to the
   !> node, in edges of the cell's cube: xx, yy, zz, xy, yz, xz, x, y, z, 1, all times weight.
-  pure subroutine sum_all(m, item, n, u, x, inverse_h, sums)
+  pure subroutine sum_moments(m, item, n, u, x, inverse_h, sums)
     integer, intent(in) :: m, item(2, m), n
     real(rp), intent(in) :: u(bundle_lanes, n_bundle, n)
     real(rp), intent(in) :: x(3), inverse_h    !! node position [m], [1/m]
@@ -108,8 +108,8 @@ contains
         s(l, 13) = s(l, 13) + weight
       end do
     end do
-    call over_lanes(n_part, s, sums)
-  end subroutine sum_all
+    call sum_lanes(n_part, s, sums)
+  end subroutine sum_moments
 
   !> Volume gradient only.
   pure subroutine sum_gradients(m, item, n, u, sums)
@@ -132,11 +132,11 @@ contains
       end do
     end do
     sums = 0.0_rp
-    call over_lanes(n_gradient, s, sums)
+    call sum_lanes(n_gradient, s, sums)
   end subroutine sum_gradients
 
   !> Sum over lanes, pairwise.
-  pure subroutine over_lanes(n, s, sums)
+  pure subroutine sum_lanes(n, s, sums)
     integer, intent(in) :: n
     real(rp), intent(in) :: s(bundle_lanes, n)
     real(rp), intent(inout) :: sums(n_part)
@@ -146,7 +146,7 @@ contains
       sums(i) = ((s(1, i) + s(5, i)) + (s(3, i) + s(7, i))) &
                 + ((s(2, i) + s(6, i)) + (s(4, i) + s(8, i)))
     end do
-  end subroutine over_lanes
+  end subroutine sum_lanes
 
   !> Add the moments of one body to those of both: unweighted, and weighted by the body's label.
   pure subroutine add_moments(label, part, moments)

@@ -246,9 +246,9 @@ contains
           if (law%uses_mean_pressure()) then
             kept = exp(-dt/relaxation_time(sim%clock, t))
             t%coulomb_impulse = kept*dt*t%coulomb_impulse &
-                        + (1.0_rp - kept)*t%mu*t%normal_impulse
+                        + (1.0_rp - kept)*t%coulomb_factor*t%normal_impulse
           else
-            t%coulomb_impulse = t%coulomb_impulse + t%mu*t%normal_impulse
+            t%coulomb_impulse = t%coulomb_impulse + t%coulomb_factor*t%normal_impulse
           end if
           if (t%max_friction <= molten_limit) t%coulomb_impulse = 0.0_rp
           values(v_coulomb) = t%coulomb_impulse

@@ -22,7 +22,7 @@ module contact_tool_limits
   use mpm_faces, only: place_on_axis, scale_by_spans
   use particles_store, only: f_heat, f_jac, f_mass, f_plastic, f_pos, f_rate, f_tau, f_temp
   use physics_material, only: material_t
-  use physics_stress, only: flow_strength
+  use physics_stress, only: compute_flow_strength
   use simulation_parts, only: simulation_t
   use simulation_scene, only: scene_t
   use simulation_tool_lists, only: candidates_t, contact_particle_t
@@ -38,7 +38,7 @@ module contact_tool_limits
   !> Shear layers of the particles of a block.
   type :: shear_layer_t
     real(rp) :: stress(nlane) = 0.0_rp       !! stress at which the layer accommodates all of V [Pa]
-    real(rp) :: sensitivity(nlane) = 0.0_rp  !! its derivative by the logarithm of the rate [Pa]
+    real(rp) :: sensitivity(nlane) = 0.0_rp  !! derivative of the stress by ln(rate) [Pa]
     real(rp) :: log_rate(nlane) = 0.0_rp     !! plastic strain rate at the particle centre [ln 1/s]
     real(rp) :: rise(nlane) = 0.0_rp         !! face temperature less that of the centre [K]
     real(rp) :: thickness(nlane) = 0.0_rp    !! V over the shear rate at the face [m]
@@ -175,7 +175,7 @@ contains
     coefficient = tool%friction_law%coefficient
     if (tool%friction_table%of /= of_nothing) then
       coefficient = look_up_friction(tool%friction_table, near, particle)
-      if (tool%friction_law%kind == law_coulomb) particle%mu = coefficient
+      if (tool%friction_law%kind == law_coulomb) particle%coulomb_factor = coefficient
     end if
     particle%max_friction = no_limit
     particle%transition = no_limit
@@ -185,7 +185,7 @@ contains
   end subroutine limit_impulses
 
   !> Limit the impulses of each touching particle by the strength of the material: along the surface
-  !> by the friction law, and normal to it at edges. Friction heats no further than to melting.
+  !> by the friction law, and normal to it at edges. Friction heats metal at most to melting.
   subroutine limit_by_strength(scene, law, coefficient, dt, near, particle)
     type(scene_t), intent(in) :: scene
     type(friction_law_t), intent(in) :: law
@@ -220,12 +220,12 @@ contains
           if (t%covered_fraction < 1.0_rp) t%max_normal_impulse = t%covered_fraction &
             *edge_pressure*shear
           shear = t%covered_fraction*shear
-          call law%limits(coefficient(i), max(molten_limit, shear), t%mu, t%max_friction, &
-                          t%transition)
+          call law%limits(coefficient(i), max(molten_limit, shear), t%coulomb_factor, &
+                          t%max_friction, t%transition)
           is_unlimited = law%has_no_shear_limit() .and. shear > 0.0_rp
           if (is_unlimited) t%max_friction = no_limit
           t%max_friction = min(t%max_friction, melting_heat(p)/max(1.0_rp/no_limit, norm2(t%slip)))
-          t%max_friction = max(molten_limit, t%max_friction)  ! in contact without friction
+          t%max_friction = max(molten_limit, t%max_friction)  ! still in contact
           t%transition = min(t%transition, t%max_friction)
           if (is_unlimited .or. shear <= 0.0_rp) cycle
           t%layer_depth = depth(p)
@@ -277,7 +277,7 @@ contains
     real(rp), dimension(nlane) :: base, conductivity, hot_slope, rate, rise, sigma, slope
 
     rate = max(v/(root3*z), material%flow%min_rate)
-    call flow_strength(material, alpha, temp, rate, n_state, state, base, slope)
+    call compute_flow_strength(material, alpha, temp, rate, n_state, state, base, slope)
     layer%stress = base/root3
     layer%sensitivity = slope/root3
     layer%log_rate = log(rate)
@@ -286,7 +286,7 @@ contains
     conductivity = material%conductivity_at(temp)
     layer%rise = material%plastic_heat*v*z/(2.0_rp*conductivity)*layer%stress
     rise = max(min_rise, layer%rise)
-    call flow_strength(material, alpha, temp + rise, rate, n_state, state, sigma, hot_slope)
+    call compute_flow_strength(material, alpha, temp + rise, rate, n_state, state, sigma, hot_slope)
     call solve_layer(material%plastic_heat, conductivity, n, v, base, &
                  max(0.0_rp, (base - sigma)/rise), 0.5_rp*(slope + hot_slope), layer)
   end subroutine find_shear_layer
@@ -300,7 +300,7 @@ contains
                                                                 !! [W/(m K)]
     integer, intent(in) :: n
     real(rp), dimension(nlane), intent(in) :: v, base, softening_rate, slope
-    type(shear_layer_t), intent(inout) :: layer      !! on entry, the layer of uniform rate
+    type(shear_layer_t), intent(inout) :: layer      !! layer of uniform rate on entry
     integer, parameter :: n_newton = 3
     real(rp), parameter :: min_slope = 1.0e-3_rp   !! lower bound of the slope over the stress: a
                                                    !! law without sensitivity shears in a plane

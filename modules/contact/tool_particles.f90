@@ -30,7 +30,7 @@ module contact_tool_particles
   use simulation_run, only: clock_t
   use simulation_scene, only: scheme_usl
   use simulation_tool_lists, only: candidates_t, contact_particle_t
-  use tools_law, only: normal_velocity, of_nothing
+  use tools_law, only: find_closing_velocity, of_nothing
   implicit none (type, external)
   private
 
@@ -193,9 +193,9 @@ contains
     ! Independent of the step size: smaller steps give the same contact.
     time = relaxation_time(sim%clock, particle)
     back = recovery_speed*wave_speed(sim%clock)
-    call normal_velocity(dt, sim%clock%dt, zone, time, back, gap, particle%normal, relative, &
-                         particle%closing_velocity, particle%slip, particle%approach_velocity)
-    particle%mu = sim%tool(near%tool)%friction
+    call find_closing_velocity(dt, sim%clock%dt, zone, time, back, gap, particle%normal, relative, &
+                               particle%closing_velocity, particle%slip, particle%approach_velocity)
+    particle%coulomb_factor = sim%tool(near%tool)%friction_coefficient
     particle%touches = gap < zone .and. particle%closing_velocity > 0.0_rp
     takes_part = particle%touches .or. gap < friction_zone
     particle%covered_fraction = 1.0_rp
@@ -204,8 +204,9 @@ contains
     particle%edge_closing_velocity = 0.0_rp
     gap = gap + (1.0_rp - particle%covered_fraction)*norm2(particle%normal*particle%spacing)
     if (particle%covered_fraction < 1.0_rp .and. gap < zone) then
-      call normal_velocity(dt, sim%clock%dt, zone, time, back, gap, particle%normal, relative, &
-                           particle%edge_closing_velocity, unused)
+      call find_closing_velocity(dt, sim%clock%dt, zone, time, back, gap, particle%normal, &
+                                 relative, &
+                                 particle%edge_closing_velocity, unused)
     end if
     if (particle%covered_fraction <= 0.0_rp &
         .or. .not. particle%touches) particle%closing_velocity = 0.0_rp

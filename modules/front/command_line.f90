@@ -13,7 +13,7 @@ module front_command_line
     character(:), allocatable :: input       !! input file, '' if none
     character(:), allocatable :: restart     !! checkpoint, '' if none
     character(:), allocatable :: directory   !! results folder, '' for the default
-    character(:), allocatable :: sets(:)     !! overrides, GROUP.KEY=VALUE
+    character(:), allocatable :: overrides(:)  !! overrides, GROUP.KEY=VALUE
     character(:), allocatable :: problem     !! error in the command line, '' if none
     logical :: is_quiet = .false.
     logical :: overwrites = .false.          !! delete results of an earlier run
@@ -37,7 +37,7 @@ contains
     do i = 1, command_argument_count()
       longest = max(longest, len(argument(i)))
     end do
-    allocate (character(longest) :: command%sets(command_argument_count()))
+    allocate (character(longest) :: command%overrides(command_argument_count()))
     n_sets = 0
     i = 0
     do while (i < command_argument_count())
@@ -71,7 +71,7 @@ contains
         command%directory = next(i, option)
       case ('--set')
         n_sets = n_sets + 1
-        command%sets(n_sets) = next(i, option)
+        command%overrides(n_sets) = next(i, option)
       case ('')
         command%problem = 'an argument is empty (see stirpoint --help)'
       case default
@@ -84,7 +84,7 @@ contains
         end if
       end select
     end do
-    command%sets = command%sets(:n_sets)
+    command%overrides = command%overrides(:n_sets)
     if (command%problem == '' .and. command%input == '' .and. command%restart == '' &
         .and. any(command%action == [character(8) :: 'run', 'check', 'material', 'where'])) then
       command%problem = 'no input file (see stirpoint --help)'

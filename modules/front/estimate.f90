@@ -145,7 +145,7 @@ contains
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(inout) :: run
     type(cost_t), intent(out) :: cost
-    real(rp), allocatable :: time(:), seconds(:)   ! at the end of each step
+    real(rp), allocatable :: time(:), seconds(:)   ! time and cost at the ends of the steps [s]
     real(rp) :: begun, rest, spent(1)
     integer :: half, n
     logical :: is_complete

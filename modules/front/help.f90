@@ -3,7 +3,7 @@
 !> and the completion for bash (share/man, share/bash-completion) list the options, too.
 module front_help
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-  use base_log, only: say
+  use base_log, only: log_line
   use base_system, only: data_file
   use base_text, only: joined, upper
   use input_diagnostics, only: diagnostics_t
@@ -18,7 +18,7 @@ module front_help
   implicit none (type, external)
   private
 
-  public :: log_sources, print_help, print_keys_of, print_materials, print_new
+  public :: log_sources, print_help, print_keys_of, print_materials, print_template
 
   character, parameter :: nl = new_line('a')
 
@@ -94,7 +94,7 @@ contains
   end subroutine print_keys_of
 
   !> Print a template scene; `ok` is false for an unknown name.
-  subroutine print_new(name, ok)
+  subroutine print_template(name, ok)
     character(*), intent(in) :: name
     logical, intent(out) :: ok
     character(:), allocatable :: path, problem, text
@@ -114,11 +114,11 @@ contains
     if (problem == '') call read_file(path, text, problem)
     ok = problem == ''
     if (ok) then
-      call say(text(:len(text) - 1))
+      call log_line(text(:len(text) - 1))
     else
       write (error_unit, '(4a)') 'stirpoint: error: ', path, ' ', problem
     end if
-  end subroutine print_new
+  end subroutine print_template
 
   !> Print the entries of the program's library with values and sources; `ok` is false without a
   !> library.
@@ -136,20 +136,22 @@ contains
         ' ', problem
       return
     end if
-    call say("&MATERIAL NAME = '"//library%text('MATERIAL', 1, 'NAME')//"', FROM = 'library' "// &
-             'takes what it does not give itself from the entry of its name.')
+    call log_line("&MATERIAL NAME = '"//library%text('MATERIAL', 1, 'NAME')// &
+                  "', FROM = 'library' "// &
+                  'takes what it does not give itself from the entry of its name.')
     do m = 1, library%count('MATERIAL')
-      call say('')
-      call say(library%text('MATERIAL', m, 'NAME')//'  ('//library%text('MATERIAL', m, 'LAW')// &
-               ', melts at '//library%values('MATERIAL', m, 'T_MELT')//' K)')
+      call log_line('')
+      call log_line(library%text('MATERIAL', m, 'NAME')//'  ('// &
+                    library%text('MATERIAL', m, 'LAW')// &
+                    ', melts at '//library%values('MATERIAL', m, 'T_MELT')//' K)')
       do r = 1, library%count('REFERENCE')
         if (library%text('REFERENCE', r, 'MATERIAL') /= library%text('MATERIAL', m, 'NAME')) cycle
-        call say('  '//values_of(library, m, library%text('REFERENCE', r, 'KEYS')))
-        call say('      '//library%text('REFERENCE', r, 'TEXT'))
+        call log_line('  '//values_of(library, m, library%text('REFERENCE', r, 'KEYS')))
+        call log_line('      '//library%text('REFERENCE', r, 'TEXT'))
       end do
     end do
-    call say('')
-    call say('from '//library%file)
+    call log_line('')
+    call log_line('from '//library%file)
   end subroutine print_materials
 
   !> Text of the values of `keys` of entry `m`.
@@ -177,8 +179,8 @@ contains
 
     do i = 1, input%count('MATERIAL')
       lines = source_lines(input, i, '  ')
-      if (lines /= '') call say('material '//input%text('MATERIAL', i, 'NAME')// &
-                                ' from the library:'//nl//lines(:len(lines) - 1))
+      if (lines /= '') call log_line('material '//input%text('MATERIAL', i, 'NAME')// &
+                                     ' from the library:'//nl//lines(:len(lines) - 1))
     end do
   end subroutine log_sources
 

@@ -4,7 +4,7 @@ module front_material_driver
   use, intrinsic :: iso_fortran_env, only: error_unit
   use base_errors, only: error_t
   use base_kinds, only: i8, nlane, rp
-  use base_log, only: say
+  use base_log, only: log_line
   use base_system, only: make_directory
   use base_world, only: world_t
   use front_command_line, only: command_t
@@ -17,7 +17,7 @@ module front_material_driver
   use io_histories, only: row_t, table_t
   use physics_material, only: material_t
   use physics_point, only: point_t
-  use physics_stress, only: stress_block, stress_sums_t
+  use physics_stress, only: advance_stress, stress_sums_t
   use setup_keys, only: key_table
   use setup_materials, only: read_materials, require_property
   implicit none (type, external)
@@ -54,7 +54,7 @@ contains
     integer :: i, m
     logical :: ok
 
-    call read_input(key_table(), command%input, command%sets, input, point=.true.)
+    call read_input(key_table(), command%input, command%overrides, input, point=.true.)
     if (input%count('MATERIAL') > 0) call read_materials(input, material)
     if (input%diagnostics%count() == 0) call check_paths(input, material, command%input)
     if (input%diagnostics%count() > 0) then
@@ -76,7 +76,7 @@ contains
       status = io_status
       if (world%is_root()) write (error_unit, '(2a)') 'stirpoint: error: ', error%message
     else if (world%is_root() .and. .not. command%is_quiet) then
-      call say('curves in '//directory)
+      call log_line('curves in '//directory)
     end if
   end subroutine drive_material
 
@@ -152,7 +152,7 @@ contains
     type(row_t) :: row
 
     row = point_row(material, time, point, sheared)
-    call curve%row(row%values())
+    call curve%write_row(row%values())
   end subroutine write_point
 
   !> Row of a curve.
@@ -261,8 +261,8 @@ contains
     state = spread(point%state, 1, nlane)
     do k = 1, rows
       do part = 1, parts
-        call stress_block(mat, nlane, dt, l, temp, mass, b, j, alpha, temp, tau, rate, flow, &
-                          mat%flow%n_state, state, sums)
+        call advance_stress(mat, nlane, dt, l, temp, mass, b, j, alpha, temp, tau, rate, flow, &
+                            mat%flow%n_state, state, sums)
         call mat%flow%anneal(dt, temp, rate, state)
         point = point_t(alpha(1), temp(1), rate(1), flow(1), state(1, :))
         call checker%inspect(mat, ((k - 1)*parts + part)*dt, point, sums%failed)

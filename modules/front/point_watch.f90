@@ -2,7 +2,7 @@
 !> Count of increments of a material point outside the validity of its flow law.
 module front_point_watch
   use base_kinds, only: i8, nlane, rp
-  use base_log, only: say
+  use base_log, only: log_line
   use base_text, only: str
   use physics_flow_law, only: max_warnings
   use physics_material, only: material_t
@@ -70,9 +70,10 @@ contains
     text(:size(own)) = own
     do k = 1, n_kinds
       if (self%counts(k) == 0) cycle
-      call say('warning: path '//path//': '//str(self%counts(k))//' of '//str(self%increments)// &
-               ' increments '//trim(text(k))//'; the first at t = '//str(self%first(1, k))// &
-               ' s, plastic strain '//str(self%first(2, k))//', '//str(self%first(3, k))//' K')
+      call log_line('warning: path '//path//': '//str(self%counts(k))// &
+                    ' of '//str(self%increments)// &
+                    ' increments '//trim(text(k))//'; the first at t = '//str(self%first(1, k))// &
+                    ' s, plastic strain '//str(self%first(2, k))//', '//str(self%first(3, k))//' K')
     end do
   end subroutine log_warnings
 

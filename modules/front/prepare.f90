@@ -12,7 +12,7 @@ module front_prepare
   use io_checkpoint, only: notes_t, read_checkpoint_notes
   use mpm_prescribed, only: start_fields
   use particles_migrate, only: find_outside
-  use run_balance, only: first_partition
+  use run_balance, only: make_first_partition
   use run_loop, only: begin
   use run_regrid, only: regrid
   use run_restart, only: resume
@@ -110,9 +110,9 @@ contains
     if (command%restart /= '') call read_input_text(key_table(), command%restart, notes%scene, &
                                                     no_sets, old, resumed=.true.)
     if (command%input /= '') then
-      call read_input(key_table(), command%input, command%sets, input)
+      call read_input(key_table(), command%input, command%overrides, input)
     else
-      call read_input_text(key_table(), command%restart, notes%input, command%sets, input, &
+      call read_input_text(key_table(), command%restart, notes%input, command%overrides, input, &
                            resumed=.true.)
       call input%set_default('RUN', 'NAME', old%text('RUN', 1, 'NAME'))
       if (allocated(notes%folder)) input%folder = notes%folder
@@ -202,7 +202,7 @@ contains
                              outside)
     if (outside /= '') call error%raise(outside//' (at the start)')
     if (error%is_set()) return
-    call first_partition(sim)
+    call make_first_partition(sim)
     call regrid(sim)
     call begin(sim)
     call sim%tracers%choose(world, sim%scene%grid, sim%particles)

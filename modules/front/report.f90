@@ -2,7 +2,7 @@
 !> `stirpoint --check`: summary of the scene and its cost.
 module front_report
   use base_kinds, only: i8, rp
-  use base_log, only: say
+  use base_log, only: log_line
   use base_text, only: str
   use base_world, only: world_t
   use front_estimate, only: cost_t, estimate_heat, estimate_run
@@ -128,10 +128,10 @@ contains
   end subroutine print_cost
 
   !> Collective. Warn of a tool that starts inside a body.
-  subroutine warn_of_overlap(world, input, sets, sim)
+  subroutine warn_of_overlap(world, input, overrides, sim)
     type(world_t), intent(in) :: world
     type(input_t), intent(inout) :: input
-    character(*), intent(in) :: sets(:)      !! overrides, named in messages
+    character(*), intent(in) :: overrides(:)  !! overrides, named in messages
     type(simulation_t), intent(in) :: sim
     real(rp) :: deepest(size(sim%tool)), d, normal(3), reach, edge_distance
     integer :: b, k, p
@@ -150,7 +150,7 @@ contains
     call world%max(deepest)
     if (.not. world%is_root()) return
     allocate (input%diagnostics)               ! remove the messages printed so far
-    call input%diagnostics%note_overrides(sets)
+    call input%diagnostics%store_overrides(overrides)
     do k = 1, input%count('TOOL')
       if (deepest(k) > 1.0e-3_rp*minval(sim%scene%grid%h)) then
         call input%warn('TOOL', k, 'POSITION', 'the tool starts '//str(1.0e3_rp*deepest(k))// &
@@ -180,7 +180,7 @@ contains
     character(12) :: label
 
     label = name
-    call say(label//' '//trim(text))
+    call log_line(label//' '//trim(text))
   end subroutine print_line
 
   !> Text on shape functions, transfer and scheme.
@@ -215,8 +215,8 @@ contains
     if (sim%scene%method%scales_light_nodes) text = text// &
         ', more inertia for light nodes (SELECTIVE_SCALING)'
     if (sim%scene%method%conducts) then
-      if (sim%scene%method%heat_every > 0) then
-        text = text//'; conduction every '//str(sim%scene%method%heat_every)//' step(s)'
+      if (sim%scene%method%heat_interval > 0) then
+        text = text//'; conduction every '//str(sim%scene%method%heat_interval)//' step(s)'
       else
         text = text//'; conduction steps of '//str(conduction_step(sim))//' s'
       end if

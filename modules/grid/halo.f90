@@ -26,7 +26,7 @@ module grid_halo
     integer, allocatable :: shared(:)             !! all nodes shared with other ranks
     integer, allocatable :: image(:, :)           !! (2, n) image, first image of the same node
     real(rp), allocatable :: own(:)               !! this rank's contributions while summing
-    type(mpi_request), allocatable :: request(:)  !! (2n) receive, send
+    type(mpi_request), allocatable :: request(:)  !! (2n) receives and sends
     integer(i8) :: bytes = 0                      !! bytes sent so far
     integer(i8) :: messages = 0                   !! messages sent so far
     real(rp) :: waited = 0.0_rp                   !! time spent waiting for other ranks [s]

@@ -12,7 +12,7 @@ module grid_neighbours
   type :: neighbour_t
     integer :: rank = -1
     integer :: count = 0                                 !! number of shared nodes in use
-    integer, allocatable :: node(:)                      !! their storage indices
+    integer, allocatable :: node(:)                      !! storage indices of the shared nodes
     real(rp), allocatable :: send(:), receive(:)         !! (width*count)
   end type neighbour_t
 

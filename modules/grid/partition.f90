@@ -41,7 +41,7 @@ contains
     type(world_t), intent(in) :: world
     integer, intent(in) :: nodes(:, :)
     real(rp), intent(in) :: weight(:)
-    integer, intent(in) :: inside(:)         !! this rank's loads in the box
+    integer, intent(in) :: inside(:)         !! indices of this rank's loads in the box
     type(box_t), intent(in) :: box
     integer, intent(in) :: first, last
     type(box_t), intent(inout) :: boxes(0:)
@@ -53,8 +53,8 @@ contains
       return
     end if
     middle = (first + last)/2
-    call best_cut(world, nodes, weight, inside, box, &
-                  real(middle - first + 1, rp)/real(last - first + 1, rp), axis, place)
+    call find_best_cut(world, nodes, weight, inside, box, &
+                       real(middle - first + 1, rp)/real(last - first + 1, rp), axis, place)
     lower_half = box
     upper_half = box
     lower_half%hi(axis) = place
@@ -67,7 +67,7 @@ contains
 
   !> Axis and last node of the lower part of the best cut: across the longest loaded axis, since
   !> that shares the fewest nodes, unless a shorter one can be divided that much more evenly.
-  subroutine best_cut(world, nodes, weight, inside, box, share, axis, place)
+  subroutine find_best_cut(world, nodes, weight, inside, box, share, axis, place)
     type(world_t), intent(in) :: world
     integer, intent(in) :: nodes(:, :)
     real(rp), intent(in) :: weight(:)
@@ -100,7 +100,7 @@ contains
       axis = minloc(excess - length_weight*real(span, rp)/maxval(span), 1)
     end if
     place = box%lo(axis) + lower(axis) - 1
-  end subroutine best_cut
+  end subroutine find_best_cut
 
   !> Number of node planes of the lower part with the load fraction nearest to `share`, and the
   !> larger relative excess load of both parts.

@@ -15,7 +15,8 @@ module heat_conduction
   use simulation_parts, only: simulation_t
   use simulation_probes, only: update_probe_temperatures
   use simulation_run, only: e_conduction, e_film, e_tool, e_wall_heat
-  use transfer_conduction, only: boundary_rates, heat_particles, largest_rate, temperature_increment
+  use transfer_conduction, only: compute_boundary_rates, compute_increment, heat_particles, &
+                                 largest_rate
   implicit none (type, external)
   private
 
@@ -31,7 +32,7 @@ contains
     conduction_step = stable_conduction(sim%scene)
     associate (method => sim%scene%method)
       if (.not. method%implicit_heat .or. conduction_step >= huge(1.0_rp)) return
-      if (method%heat_every > 0) then
+      if (method%heat_interval > 0) then
         conduction_step = huge(1.0_rp)
       else if (method%heat_step > 0.0_rp) then
         conduction_step = method%heat_step
@@ -46,8 +47,8 @@ contains
     type(simulation_t), intent(in) :: sim
     real(rp), intent(in) :: dt                  !! next mechanical step [s]
 
-    if (sim%scene%method%heat_every > 0) then
-      conduction_is_due = mod(sim%clock%step, int(sim%scene%method%heat_every, i8)) == 0
+    if (sim%scene%method%heat_interval > 0) then
+      conduction_is_due = mod(sim%clock%step, int(sim%scene%method%heat_interval, i8)) == 0
     else
       conduction_is_due = sim%clock%time + dt - sim%clock%heat_time > conduction_step(sim)
     end if
@@ -97,8 +98,8 @@ contains
     do k = 1, sim%scene%n_heat_groups
       do r = 1, sim%nodes%n_ranges
         associate (low => sim%nodes%range(1, r), high => sim%nodes%range(2, r))
-          call temperature_increment(high - low + 1, sim%nodes%g2(:, low:high, k), &
-                                     sim%nodes%g(:, low:high, k))
+          call compute_increment(high - low + 1, sim%nodes%g2(:, low:high, k), &
+                                 sim%nodes%g(:, low:high, k))
         end associate
       end do
       do a = 1, 3
@@ -191,7 +192,8 @@ contains
     associate (nodes => sim%nodes, mirrors => sim%boundary%mirrors)
       do r = 1, nodes%n_ranges
         associate (low => nodes%range(1, r), high => nodes%range(2, r))
-          call boundary_rates(high - low + 1, nodes%g(:, low:high, k), nodes%g2(:, low:high, k))
+          call compute_boundary_rates(high - low + 1, nodes%g(:, low:high, k), &
+                                      nodes%g2(:, low:high, k))
         end associate
       end do
       do i = mirrors%n_pairs, 1, -1

@@ -34,7 +34,7 @@ contains
     real(rp), intent(in) :: conductivity(:)         !! conductivity of each body [W/(m K)]
     real(rp), intent(in) :: capacity(:)             !! volumetric capacity of each body [J/(m3 K)]
     integer, allocatable :: target(:, :, :, :)      ! cell that each cell is merged into
-    real(rp), allocatable :: conductance(:, :, :, :)  ! to the next cell along each axis [W/K]
+    real(rp), allocatable :: conductance(:, :, :, :)  ! from each cell to the next [W/K]
     integer :: first, last
 
     first = max(1, self%lo - n_halo_planes)

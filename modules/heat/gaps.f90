@@ -76,7 +76,7 @@ contains
     call evaluate_contact(sim%scene, sim%pairs%pair(e), sim%pairs%normal(:, e), &
                           sim%nodes%g2(:6, sim%pairs%node(e), groups), area, coefficient)
     if (area <= 0.0_rp .or. coefficient <= 0.0_rp) return
-    ! on the contact surface, midway between the surfaces of both bodies
+    ! the contact surface is midway between the surfaces of both bodies
     x = sim%pairs%x(:, e) + 0.5_rp*(sim%pairs%ends(1, e) - sim%pairs%ends(2, e)) &
       *sim%pairs%normal(:, e)
     resistance = 1.0_rp/coefficient

@@ -33,7 +33,7 @@ module heat_implicit
     real(rp), allocatable, private, dimension(:) :: m2, f, base, d, scale, y, rhs, x
     real(rp), allocatable, private :: mean(:)     !! mean rate of the last step [K/s]
   contains
-    procedure :: start, step, save_mean_rate, estimate, pack_memory, unpack_memory
+    procedure :: start, step, save_mean_rate, estimate, pack_restart_data, unpack_restart_data
   end type implicit_t
 
 contains
@@ -111,27 +111,27 @@ contains
   end subroutine save_mean_rate
 
   !> Data for a restart: mean rate of the last step, and the data of the preconditioner.
-  subroutine pack_memory(self, fields, numbers)
+  subroutine pack_restart_data(self, fields, numbers)
     class(implicit_t), intent(in) :: self
     real(rp), intent(out) :: fields(:, :), numbers(2)      !! (cells, 2)
 
     fields = 0.0_rp
     if (self%has_mean) fields(:, 1) = self%mean
     numbers(1) = merge(1.0_rp, 0.0_rp, self%has_mean)
-    call self%linear%petsc%pack_memory(fields(:, 2), numbers(2))
-  end subroutine pack_memory
+    call self%linear%petsc%pack_restart_data(fields(:, 2), numbers(2))
+  end subroutine pack_restart_data
 
-  !> Collective. Restore the data of `pack_memory`.
-  subroutine unpack_memory(self, fields, numbers)
+  !> Collective. Restore the data of `pack_restart_data`.
+  subroutine unpack_restart_data(self, fields, numbers)
     class(implicit_t), intent(inout) :: self
     real(rp), intent(in) :: fields(:, :), numbers(2)
 
     self%has_mean = numbers(1) > 0.0_rp
     self%mean = fields(:, 1)
     if (self%linear%solver == by_petsc) then
-      call self%linear%petsc%unpack_memory(fields(:, 2), numbers(2))
+      call self%linear%petsc%unpack_restart_data(fields(:, 2), numbers(2))
     end if
-  end subroutine unpack_memory
+  end subroutine unpack_restart_data
 
   !> Collective. Solve the stage y = base + a f(y) at a fraction of the step by an inexact Newton
   !> method; returns the rates f and the powers p at y.

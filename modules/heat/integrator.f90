@@ -17,7 +17,7 @@ module heat_integrator
                                      !! preconditioner
 
   real(rp), parameter :: safety = 0.8_rp, max_growth = 2.0_rp, min_growth = 0.2_rp
-  integer, parameter :: max_rejected = 50          !! largest number of rejected trials of one step
+  integer, parameter :: max_refused = 50           !! largest number of refused trials of one step
   real(rp), parameter :: stability_fraction = 0.95_rp  !! used fraction of the stability limit
 
   !> State of the time integration.
@@ -27,7 +27,7 @@ module heat_integrator
     real(rp) :: fixed = 0.0_rp                     !! fixed step [s]; 0: by the error estimate
     real(rp) :: next = 0.0_rp                      !! next trial step [s]
     real(rp) :: last = 0.0_rp                      !! last accepted step [s]
-    integer(i8) :: steps = 0, rejected = 0         !! accepted and rejected steps so far
+    integer(i8) :: steps = 0, refused = 0          !! accepted and refused steps so far
     logical :: is_stuck = .false.                  !! a step failed; the state is that before it
     real(rp) :: heats(n_heats) = 0.0_rp            !! heat of sources and films since t = 0 [J]
     type(implicit_t) :: implicit
@@ -36,7 +36,7 @@ module heat_integrator
     real(rp), private :: p0(n_heats) = 0.0_rp
     real(rp), allocatable, private, dimension(:) :: y0, y1, m0, m1
   contains
-    procedure :: start, advance, pack_memory, unpack_memory
+    procedure :: start, advance, pack_restart_data, unpack_restart_data
   end type integrator_t
 
 contains
@@ -64,7 +64,7 @@ contains
   end function is_implicit
 
   !> Collective. Data for a restart besides the state: fields of the own cells, and numbers.
-  subroutine pack_memory(self, heat, fields, numbers)
+  subroutine pack_restart_data(self, heat, fields, numbers)
     class(integrator_t), intent(in) :: self
     type(heat_t), intent(in) :: heat
     real(rp), intent(out) :: fields(:, :)                  !! (cells, n_kept)
@@ -75,20 +75,20 @@ contains
     power(n_heats*heat%world%rank + 1:n_heats*(heat%world%rank + 1)) = self%p0
     call heat%world%sum(power)
     fields(:, 1) = self%m0(1:heat%size())
-    call self%implicit%pack_memory(fields(:, 2:), of_solver)
+    call self%implicit%pack_restart_data(fields(:, 2:), of_solver)
     numbers = [of_solver, real(size(self%was_on), rp), merge(1.0_rp, 0.0_rp, self%was_on), &
                merge(1.0_rp, 0.0_rp, self%has_rate), power]
-  end subroutine pack_memory
+  end subroutine pack_restart_data
 
-  !> Restore the data of `pack_memory` after `start`; with other sources the rates are computed
-  !> again.
-  subroutine unpack_memory(self, heat, fields, numbers)
+  !> Restore the data of `pack_restart_data` after `start`; with other sources the rates are
+  !> computed again.
+  subroutine unpack_restart_data(self, heat, fields, numbers)
     class(integrator_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat
     real(rp), intent(in) :: fields(:, :), numbers(:)
     integer :: n
 
-    if (is_implicit(self)) call self%implicit%unpack_memory(fields(:, 2:), numbers(:2))
+    if (is_implicit(self)) call self%implicit%unpack_restart_data(fields(:, 2:), numbers(:2))
     n = size(self%was_on)
     if (nint(numbers(3)) /= n) return
     self%was_on = numbers(4:3 + n) > 0.0_rp
@@ -101,7 +101,7 @@ contains
         self%p0 = merge(sum(power, dim=2), 0.0_rp, heat%world%is_root())
       end if
     end associate
-  end subroutine unpack_memory
+  end subroutine unpack_restart_data
 
   !> Collective. Make one step, which ends at `t_limit` or before, and update `t`. If a step cannot
   !> be solved or does not meet the tolerance, the state is restored and `is_stuck` set on all
@@ -114,7 +114,7 @@ contains
     real(rp) :: dt, error(1), gain(n_heats), p1(n_heats), t_end, dt_wanted
     integer(i8) :: before
 
-    before = self%rejected
+    before = self%refused
     do
       dt_wanted = self%next
       if (self%method == euler .and. heat%max_decay_rate > 0.0_rp) then
@@ -145,10 +145,10 @@ contains
       self%next = dt*max(min_growth, min(max_growth, &
         safety*(self%tolerance/max(error(1), tiny(1.0_rp))) &
         **(1.0_rp/(1.0_rp + order_of(self%method)))))
-      if (.not. error(1) > self%tolerance) exit   ! also NaN, which the loop reports
+      if (.not. error(1) > self%tolerance) exit   ! NaN is reported by the loop
       heat%theta = self%y0
-      self%rejected = self%rejected + 1
-      self%is_stuck = self%rejected - before == max_rejected
+      self%refused = self%refused + 1
+      self%is_stuck = self%refused - before == max_refused
       if (self%is_stuck) exit
     end do
     if (self%is_stuck) then

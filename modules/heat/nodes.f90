@@ -12,8 +12,9 @@ module heat_nodes
   use simulation_parts, only: simulation_t
   use simulation_run, only: e_wall_heat
   use simulation_scene, only: scene_t
-  use transfer_conduction, only: capacity_to_grid, flux_to_grid, min_capacity, nodal_pressure, &
-                                 nodal_temperature, pressure_to_grid
+  use transfer_conduction, only: capacity_to_grid, compute_nodal_pressure, &
+                                 compute_nodal_temperature, flux_to_grid, min_capacity, &
+                                 pressure_to_grid
   implicit none (type, external)
   private
 
@@ -58,8 +59,10 @@ contains
       call sum_all_nodes(sim, 8, sim%nodes%g(:, :, k))
       do r = 1, sim%nodes%n_ranges
         associate (low => sim%nodes%range(1, r), high => sim%nodes%range(2, r))
-          call nodal_temperature(high - low + 1, sim%nodes%g(:, low:high, k))
-          if (with_pressure) call nodal_pressure(high - low + 1, sim%nodes%g(:, low:high, k))
+          call compute_nodal_temperature(high - low + 1, sim%nodes%g(:, low:high, k))
+          if (with_pressure) then
+            call compute_nodal_pressure(high - low + 1, sim%nodes%g(:, low:high, k))
+          end if
         end associate
       end do
       call restore(sim, r_temperature, sim%nodes%g(:, :, k))

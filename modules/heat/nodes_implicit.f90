@@ -65,7 +65,7 @@ contains
     where (.not. system%is_free) b = 0.0_rp
     call solve(system, fine, b, x)
     associate (method => sim%scene%method)
-      if (method%heat_every == 0 .and. method%heat_step <= 0.0_rp) then
+      if (method%heat_interval == 0 .and. method%heat_step <= 0.0_rp) then
         b = merge(0.5_rp*(sim%nodes%g(1, :, :n)*x - b), 0.0_rp, system%is_free)
         call solve(system, rough, b, error)
         worst(1) = maxval(abs(error), mask=system%is_own)

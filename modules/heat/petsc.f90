@@ -44,7 +44,7 @@ module heat_petsc
     real(rp), allocatable, private :: built_from(:)   !! diagonal with which the preconditioner was
                                                       !! built [J/K]
   contains
-    procedure :: start, solve, pack_memory, unpack_memory
+    procedure :: start, solve, pack_restart_data, unpack_restart_data
   end type petsc_t
 
   abstract interface
@@ -187,24 +187,24 @@ contains
   end subroutine solve
 
   !> Data of the preconditioner for a restart; zero if there is none.
-  subroutine pack_memory(self, diagonal, a)
+  subroutine pack_restart_data(self, diagonal, a)
     class(petsc_t), intent(in) :: self
     real(rp), intent(out) :: diagonal(:), a
 
     diagonal = 0.0_rp
     a = self%built_for
     if (allocated(self%built_from)) diagonal = self%built_from
-  end subroutine pack_memory
+  end subroutine pack_restart_data
 
-  !> Collective. Rebuild the preconditioner from the data of `pack_memory`.
-  subroutine unpack_memory(self, diagonal, a)
+  !> Collective. Rebuild the preconditioner from the data of `pack_restart_data`.
+  subroutine unpack_restart_data(self, diagonal, a)
     class(petsc_t), intent(inout) :: self
     real(rp), intent(in) :: diagonal(:), a
     real(rp) :: x(size(diagonal))
     integer :: iterations
 
     if (a > 0.0_rp) call self%solve(diagonal, a, diagonal, 0.1_rp, x, iterations)
-  end subroutine unpack_memory
+  end subroutine unpack_restart_data
 
   !> Collective. Solve A x = b for a symmetric operator until the residual norm, with weight
   !> 1/diagonal that is also the preconditioner, is `relative` times that of b, or `absolute`.

@@ -27,7 +27,7 @@ module heat_rates
     real(rp), allocatable :: theta(:)             !! (1-np:np(nx+1)) state [K]
     real(rp) :: max_decay_rate = 0.0_rp           !! upper bound of the decay rates [1/s]
     integer :: evaluations = 0                    !! evaluations of the rates so far
-    real(rp), allocatable, private :: phi(:), temperature(:)   !! for variable properties [K]
+    real(rp), allocatable, private :: phi(:), temperature(:)   !! fields for variable properties [K]
   contains
     procedure :: prepare, add_films, set_sources, fill, rate, stage, slope, conduct, temperatures
     procedure :: content, size => field_size

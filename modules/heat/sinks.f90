@@ -34,7 +34,7 @@ module heat_sinks
     real(rp), allocatable :: weight(:, :)              !! (27, n) interpolation weights
     real(rp), allocatable :: conductance(:)            !! h A [W/K]
     real(rp), allocatable :: surface_excess(:)         !! T_s less the nodal temperature [K]
-    real(rp), allocatable :: total_conductance(:)  !! by sink, sum of all ranks [W/K]
+    real(rp), allocatable :: total_conductance(:)  !! conductance to each sink, of all ranks [W/K]
     real(rp), allocatable :: t_face0(:)                !! face temperature without heat flow [K]
     real(rp), allocatable :: dt_face_dp(:)             !! slope of the face temperature with the
                                                        !! heat flow [K/W]
@@ -282,7 +282,7 @@ contains
         area = ps(p, tool%heat%place)/elapsed
         t%sink(t%n) = k
         t%group(t%n) = sim%scene%body(body)%heat_group
-        t%conductance(t%n) = area/(half_spacing_resistance + 1.0_rp/tool%heat%conductance)
+        t%conductance(t%n) = area/(half_spacing_resistance + 1.0_rp/tool%heat%gap_coefficient)
         t%total_conductance(k) = t%total_conductance(k) + t%conductance(t%n)
         t%surface_excess(t%n) = ps(p, f_temp) &
           - sum(t%weight(:, t%n)*sim%nodes%g(5, t%node(:, t%n), t%group(t%n))) &

@@ -45,8 +45,8 @@ module heat_sources
     real(rp) :: radius = 0.0_rp                      !! radius of a disc [m]
     class(volume_t), allocatable :: volume           !! volume that is heated
     real(rp) :: begin = 0.0_rp, end = huge(1.0_rp)   !! times between which the source acts [s]
-    real(rp) :: spin = 0.0_rp                        !! stir: heat share times angular speed [rad/s]
-    type(curve_t) :: shear                           !! stir: shear stress over temperature [Pa]
+    real(rp) :: spin = 0.0_rp   !! heat share times angular speed of stirring [rad/s]
+    type(curve_t) :: shear      !! shear stress of stirring over temperature [Pa]
     real(rp), private :: max_shear = 0.0_rp          !! largest shear stress [Pa]
     integer, allocatable, private :: wall(:)         !! boundary faces at its height
     integer :: n = 0   !! faces or cells covered at the start or the end
@@ -321,7 +321,7 @@ contains
     high = t + a*self%max_shear
     x = t
     do n = 1, max_iterations
-      call value_and_slope(self%shear, x, tau, d)
+      call evaluate_curve(self%shear, x, tau, d)
       f = x - t - a*tau
       if (abs(f) <= 1.0e-9_rp .or. high - low <= 1.0e-9_rp) exit
       if (f > 0.0_rp) then
@@ -337,7 +337,7 @@ contains
   end subroutine heat_of
 
   !> Value and slope of a curve at `x`.
-  pure subroutine value_and_slope(curve, x, value, slope)
+  pure subroutine evaluate_curve(curve, x, value, slope)
     type(curve_t), intent(in) :: curve
     real(rp), intent(in) :: x
     real(rp), intent(out) :: value, slope
@@ -349,6 +349,6 @@ contains
     slope = curve%value(i + 2) - curve%value(i + 1)
     value = curve%value(i + 1) + (s - real(i, rp))*slope
     slope = slope/curve%step
-  end subroutine value_and_slope
+  end subroutine evaluate_curve
 
 end module heat_sources

@@ -46,7 +46,7 @@ contains
       y = x
       call eliminate(self%nz, a, lambda, self%zm, self%zp, self%loss, y, up, pivot)
       if (eliminates) x = y
-      if (substitutes) then              ! from the top
+      if (substitutes) then              ! begins at the top
         do k = self%nz - 1, 1, -1
           x(:, k) = x(:, k) + up(:, k)*x(:, k + 1)
         end do

@@ -4,7 +4,7 @@ module heat_alone_files
   use base_errors, only: error_t
   use base_files, only: write_whole
   use base_kinds, only: i8, rp, sp
-  use base_log, only: say
+  use base_log, only: log_line
   use base_system, only: peak_memory
   use base_text, only: str
   use base_timers, only: cpu_seconds, wall_time
@@ -106,7 +106,7 @@ contains
     logical :: is_due
 
     now = run%time*(1.0_rp + 1.0e-12_rp)
-    if (now >= self%next_row .and. run%row_time < run%time) call row(self, scene, run)
+    if (now >= self%next_row .and. run%row_time < run%time) call write_row(self, scene, run)
     if (now >= self%next_frame) call add_frame(scene, run, error)
     is_due = (last .or. is_safety_due .or. now >= self%next_checkpoint) .and. &
              self%saved_step < run%integrator%steps
@@ -118,20 +118,20 @@ contains
     end if
     call set_times(self, scene%output, run%time)
     if (.not. last) return
-    if (run%row_time < run%time) call row(self, scene, run)
+    if (run%row_time < run%time) call write_row(self, scene, run)
     call add_frame(scene, run, error)
   end subroutine write_due
 
   !> Write a row of the history and of the probes.
-  subroutine row(self, scene, run)
+  subroutine write_row(self, scene, run)
     class(heat_writer_t), intent(inout) :: self
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(inout) :: run
     type(row_t) :: columns, probes
 
     call make_heat_row(run, self%probe, columns, probes)
-    call self%history%row(columns%values())
-    if (size(self%probe) > 0) call self%probes%row(probes%values())
+    call self%history%write_row(columns%values())
+    if (size(self%probe) > 0) call self%probes%write_row(probes%values())
     if (any(scene%material%t_melt < huge(1.0_rp))) then
       call self%melting%update(run%heat%world, scene, sample_cells(scene, run), run%time)
     end if
@@ -139,7 +139,7 @@ contains
     run%row_heats = run%integrator%heats
     run%rows = run%rows + 1
     run%lost_row = self%history%is_lost() .or. self%probes%is_lost()
-  end subroutine row
+  end subroutine write_row
 
   !> Collective. Values of a row of the history and of the probes.
   subroutine make_heat_row(run, names, columns, probes)
@@ -235,7 +235,7 @@ contains
                      '  "cells": '//str(run%cells)//','//nl//'  "steps": '// &
                      str(run%integrator%steps - self%progress%first_step)//','//nl// &
                      self%melting%json()//nl//'  "refused_steps": '// &
-                     str(run%integrator%rejected)//','//nl// &
+                     str(run%integrator%refused)//','//nl// &
                      '  "evaluations": '//str(run%heat%evaluations)//','//nl// &
                      '  "integrator": "'//trim(method_names(run%integrator%method))//'",'//nl// &
                      '  "solver": "'//solver//'",'//nl//'  "linear_solves": '// &
@@ -245,10 +245,10 @@ contains
                      '  "wall_seconds": '//str(wall)//','//nl//'  "cpu_seconds": '//str(cost(1))// &
                      ','//nl//'  "peak_memory_bytes": '//str(nint(cost(2), i8))//nl//'}'//nl, error)
     if (.not. scene%output%is_quiet) then
-      call say(str(run%integrator%steps - self%progress%first_step)//' steps ('// &
-               trim(method_names(run%integrator%method))//', '//str(run%heat%evaluations)// &
-               ' evaluations) of '//str(run%cells)//' cells in '//str(wall)//' s on '// &
-               str(run%heat%world%size)//' rank(s)')
+      call log_line(str(run%integrator%steps - self%progress%first_step)//' steps ('// &
+                    trim(method_names(run%integrator%method))//', '//str(run%heat%evaluations)// &
+                    ' evaluations) of '//str(run%cells)//' cells in '//str(wall)//' s on '// &
+                    str(run%heat%world%size)//' rank(s)')
     end if
   end subroutine write_summary
 

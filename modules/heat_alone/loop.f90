@@ -4,7 +4,7 @@ module heat_alone_loop
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
-  use base_log, only: say
+  use base_log, only: log_line
   use base_system, only: note_step, stop_signal
   use base_text, only: str
   use base_timers, only: wall_time
@@ -75,7 +75,7 @@ contains
     if (status == ended_well .and. .not. (is_lost .or. error%is_set())) then
       call writer%write_due(scene, run, .true., .false., error)
       if (all(abs(run%integrator%heats) <= 0.0_rp) .and. size(run%heat%source) > 0 &
-          .and. run%heat%world%is_root()) call say( &
+          .and. run%heat%world%is_root()) call log_line( &
         'warning: no &SOURCE has given any heat: do they touch a surface that looks up?')
     else if ((status == ended_by_signal .or. run%integrator%is_stuck) .and. .not. is_lost) then
       call writer%sync()

@@ -11,7 +11,7 @@ module heat_alone_state
   use heat_mesh, only: heat_mesh_t
   use heat_rates, only: heat_t, n_heats
   use io_checkpoint, only: notes_t, read_heat_checkpoint, write_heat_checkpoint
-  use io_plausible, only: counts, is_between, least, most, numbers_t
+  use io_plausible, only: counts, is_between, max_magnitude, min_positive, numbers_t
   use output_checkpoint, only: checkpoint_path, make_notes
   use output_guards, only: melt_sample_t
   use simulation_scene, only: scene_t
@@ -212,7 +212,7 @@ contains
 
     call make_notes(scene%output, run%time, notes)
     allocate (memory(run%heat%size(), n_kept))
-    call run%integrator%pack_memory(run%heat, memory, numbers)
+    call run%integrator%pack_restart_data(run%heat, memory, numbers)
     of_run%is_read = .false.
     allocate (of_run%value(0))
     call pass_numbers(run, of_run)
@@ -243,16 +243,16 @@ contains
       of_run%place = path//': /global'
       call pass_numbers(run, of_run)
       n_own = of_run%n
-      call check_memory(of_run)
+      call check_restart_data(of_run)
       if (of_run%error%is_set()) error = of_run%error
       if (error%is_set()) return
       fields = reshape(reshape(planes, [mesh%np, mesh%nx, 1 + n_kept], order=[1, 3, 2]), &
                        [n, 1 + n_kept])
       run%heat%theta(1:n) = fields(:, 1)
       wrong = ''
-      if (.not. all(is_between(fields, -most, most))) then
+      if (.not. all(is_between(fields, -max_magnitude, max_magnitude))) then
         wrong = 'a number that is not finite'
-      else if (any(run%heat%property%temperature_at(fields(:, 1)) < least)) then
+      else if (any(run%heat%property%temperature_at(fields(:, 1)) < min_positive)) then
         wrong = 'a temperature that is not above 0 K'
       end if
       call run%heat%world%share_message(wrong, message)
@@ -260,7 +260,7 @@ contains
       if (error%is_set()) return
     end associate
     call run%integrator%start(run%heat)
-    call run%integrator%unpack_memory(run%heat, fields(:, 2:), of_run%value(n_own + 1:))
+    call run%integrator%unpack_restart_data(run%heat, fields(:, 2:), of_run%value(n_own + 1:))
   end subroutine resume_heat
 
   !> Write or read the numbers of the run.
@@ -274,7 +274,7 @@ contains
       call s%pass_one(run%time, 'the time [s]', 0.0_rp)
       call s%pass_one(i%next, 'the next step [s]', 0.0_rp)
       call s%pass_one(i%steps, 'the number of steps or refused steps', 0.0_rp, counts)
-      call s%pass_one(i%rejected, 'the number of steps or refused steps', 0.0_rp, counts)
+      call s%pass_one(i%refused, 'the number of steps or refused steps', 0.0_rp, counts)
       call s%pass(n_heats, i%heats, 'a heat of the balance [J]')
       call s%pass_one(run%content0, 'the heat at t = 0 [J]')
       call s%pass_one(run%row_time, 'the time of the last row [s]', 0.0_rp, run%time)
@@ -289,7 +289,7 @@ contains
   end subroutine pass_numbers
 
   !> Check the restart data of the integrator, which follow the numbers of the run.
-  subroutine check_memory(numbers)
+  subroutine check_restart_data(numbers)
     type(numbers_t), intent(inout) :: numbers
     integer :: ranks, sources
 
@@ -306,6 +306,6 @@ contains
       call s%expect(n_heats*ranks, 'the power in or out of a rank [W]')
       call s%finish()
     end associate
-  end subroutine check_memory
+  end subroutine check_restart_data
 
 end module heat_alone_state

@@ -5,7 +5,7 @@
 !> while the source moves.
 module hooks_source
   use base_kinds, only: i8, rp
-  use base_log, only: say
+  use base_log, only: log_line
   use base_text, only: str
   use heat_sources, only: heat_source_t, kind_disc
   use heat_volume, only: volume_t
@@ -130,7 +130,7 @@ contains
     end do
     call sim%world%sum(all)
     if (all(1) <= 0.0_rp) then
-      if (sim%world%is_root() .and. .not. self%has_warned) call say('warning: at t = '// &
+      if (sim%world%is_root() .and. .not. self%has_warned) call log_line('warning: at t = '// &
         str(sim%clock%heat_time + dt)//' s &SOURCE '//str(self%number)// &
         ' touches no particle: its power is lost')
       self%has_warned = .true.

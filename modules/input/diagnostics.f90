@@ -2,7 +2,7 @@
 !> Errors and warnings of an input, collected to be reported together.
 module input_diagnostics
   use, intrinsic :: iso_fortran_env, only: error_unit
-  use base_log, only: say
+  use base_log, only: log_line
   use base_text, only: str
   implicit none (type, external)
   private
@@ -27,22 +27,22 @@ module input_diagnostics
     private
     type(diagnostic_t), allocatable :: list(:)
     integer :: n_more = 0                      !! number of errors not in the list
-    character(:), allocatable :: sets(:)       !! overrides; line -k refers to the k-th
+    character(:), allocatable :: overrides(:)  !! overrides; line -k refers to the k-th
   contains
-    procedure :: note_overrides, add, add_first, count => count_diagnostics
+    procedure :: store_overrides, add, add_first, count => count_diagnostics
     procedure :: text => text_of_diagnostic, print => print_diagnostics
   end type diagnostics_t
 
 contains
 
   !> Store the `--set` overrides, to which a line -k of `add` refers.
-  subroutine note_overrides(self, sets)
+  subroutine store_overrides(self, overrides)
     class(diagnostics_t), intent(inout) :: self
-    character(*), intent(in) :: sets(:)
+    character(*), intent(in) :: overrides(:)
 
-    if (allocated(self%sets)) deallocate (self%sets)
-    allocate (self%sets, source=sets)
-  end subroutine note_overrides
+    if (allocated(self%overrides)) deallocate (self%overrides)
+    allocate (self%overrides, source=overrides)
+  end subroutine store_overrides
 
   !> Add a diagnostic, unless the same message is listed for this line.
   subroutine add(self, file, line, message, is_warning)
@@ -51,7 +51,7 @@ contains
     integer, intent(in) :: line           !! line of the file; 0: none; -k: line of the k-th
                                           !! override
     character(*), intent(in) :: message
-    logical, intent(in), optional :: is_warning   !! true: the run continues
+    logical, intent(in), optional :: is_warning   !! a warning, with which the run continues
     type(diagnostic_t) :: new
     type(diagnostic_t), allocatable :: longer(:)
     integer :: k
@@ -60,8 +60,8 @@ contains
     new%line = max(line, 0)
     new%message = trim(message)
     if (present(is_warning)) new%is_warning = is_warning
-    if (line < 0 .and. allocated(self%sets)) new%file = '--set '// &
-        shortened(trim(self%sets(-line)), 200)
+    if (line < 0 .and. allocated(self%overrides)) new%file = '--set '// &
+        shortened(trim(self%overrides(-line)), 200)
     if (.not. allocated(self%list)) allocate (self%list(0))
     do k = 1, size(self%list)
       if (self%list(k)%line == new%line .and. self%list(k)%file == new%file &
@@ -136,7 +136,7 @@ contains
     do k = 1, size(self%list)
       if (self%list(k)%is_warning .neqv. prints_warnings) cycle
       if (prints_warnings) then
-        call say(self%text(k))
+        call log_line(self%text(k))
       else
         write (output_unit, '(a)') self%text(k)
       end if

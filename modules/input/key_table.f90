@@ -38,7 +38,8 @@ module input_key_table
     type(group_row_t), allocatable :: groups(:)
     type(key_row_t), allocatable :: keys(:)
   contains
-    procedure :: group => add_group, key => add_key, may_change => let_change, find_group, find_key
+    procedure :: group => add_group, key => add_key, may_change => allow_change
+    procedure :: find_group, find_key
   end type key_table_t
 
 contains
@@ -117,7 +118,7 @@ contains
   end subroutine share_key
 
   !> Allow a restart to change keys of a group: those in `names`, or all with '*'.
-  subroutine let_change(self, group, names)
+  subroutine allow_change(self, group, names)
     class(key_table_t), intent(inout) :: self
     character(*), intent(in) :: group
     character(*), intent(in) :: names   !! separated by blanks
@@ -134,7 +135,7 @@ contains
       if (row == 0) call fatal('table of keys: &'//group//' has no '//trim(list(k)))
       self%keys(row)%may_change = .true.
     end do
-  end subroutine let_change
+  end subroutine allow_change
 
   !> Index of a group; 0 if there is none of this name.
   pure integer function find_group(self, name)

@@ -19,17 +19,18 @@ module input_reading
 contains
 
   !> Read and check an input file, on any rank; nothing is printed.
-  subroutine read_input(table, file, sets, input, point)
+  subroutine read_input(table, file, overrides, input, point)
     type(key_table_t), intent(in) :: table   !! table of keys
     character(*), intent(in) :: file
-    character(*), intent(in) :: sets(:)   !! GROUP.KEY=VALUE, GROUP(2).KEY=.., GROUP(name).KEY=..
+    character(*), intent(in) :: overrides(:)  !! GROUP.KEY=VALUE, GROUP(2).KEY=..,
+                                              !! GROUP(name).KEY=..
     type(input_t), intent(out) :: input
-    logical, intent(in), optional :: point   !! true: input of `--material`
+    logical, intent(in), optional :: point   !! the input of `--material`
     character(:), allocatable :: text, problem
 
     call read_file(file, text, problem)
     if (problem == '') then
-      call read_input_text(table, file, text, sets, input, point)
+      call read_input_text(table, file, text, overrides, input, point)
     else
       input%file = file
       input%table = table
@@ -40,13 +41,13 @@ contains
   end subroutine read_input
 
   !> Check an input text, such as that of a checkpoint.
-  subroutine read_input_text(table, file, text, sets, input, point, resumed)
+  subroutine read_input_text(table, file, text, overrides, input, point, resumed)
     type(key_table_t), intent(in) :: table
     character(*), intent(in) :: file      !! name in messages; its stem is the default RUN NAME
-    character(*), intent(in) :: text, sets(:)
+    character(*), intent(in) :: text, overrides(:)
     type(input_t), intent(out) :: input
     logical, intent(in), optional :: point
-    logical, intent(in), optional :: resumed   !! true: of a checkpoint; unused keys are allowed
+    logical, intent(in), optional :: resumed   !! the text of a checkpoint may have unused keys
     character(:), allocatable :: stem
     integer :: k
 
@@ -60,10 +61,10 @@ contains
     stem = file(index(file, '/', back=.true.) + 1:)
     if (index(stem, '.', back=.true.) > 1) stem = stem(:index(stem, '.', back=.true.) - 1)
     input%table%keys(input%table%find_key(input%table%find_group('RUN'), 'NAME'))%default = stem
-    call input%diagnostics%note_overrides(sets)
+    call input%diagnostics%store_overrides(overrides)
     call scan_text(file, text, input%written, input%diagnostics)
-    do k = 1, size(sets)
-      call apply_override(input, sets(k), k)
+    do k = 1, size(overrides)
+      call apply_override(input, overrides(k), k)
     end do
     if (.not. input%given('RUN', 1, 'NAME') .and. .not. can_name_results(stem)) then
       call input%diagnostics%add(file, 0, 'the name of this file cannot be that of the '// &

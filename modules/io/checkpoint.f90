@@ -17,7 +17,7 @@ module io_checkpoint
   use io_h5_data, only: extent, read_array, read_text, write_array, write_text
   use io_h5_file, only: h5file_t
   use io_h5_seal, only: check_seal, previous_of
-  use io_plausible, only: is_between, most
+  use io_plausible, only: is_between, max_magnitude
   use particles_store, only: particles_t
   implicit none (type, external)
   private
@@ -174,7 +174,7 @@ contains
     call read_text(file, '/scene', notes%scene)
     call read_attribute(file, '/', 'run', notes%run)
     call read_attribute(file, '/', 'time', notes%time)
-    if (.not. is_between(notes%time, 0.0_rp, most)) then
+    if (.not. is_between(notes%time, 0.0_rp, max_magnitude)) then
       call file%error%raise(trim(path)//': time is '//str(notes%time)//' s')
     end if
     notes%files = ''

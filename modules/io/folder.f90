@@ -18,7 +18,7 @@ module io_folder
   implicit none (type, external)
   private
 
-  public :: take_folder, clear_folder
+  public :: lock_folder, clear_folder
 
   real(rp), parameter :: lock_timeout = 5.0_rp  !! longest wait for the lock of a run that is ending
                                                 !! [s]
@@ -32,11 +32,11 @@ module io_folder
 contains
 
   !> Collective. Make the folder and lock it while the program runs.
-  subroutine take_folder(world, directory, name, note, is_taken, error)
+  subroutine lock_folder(world, directory, name, note, is_locked, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: directory, name
     character(:), allocatable, intent(out) :: note   !! message for the user; '' if none
-    logical, intent(out) :: is_taken                 !! the error is that another run has locked the
+    logical, intent(out) :: is_locked                !! the error is that another run has locked the
                                                      !! folder
     type(error_t), intent(inout) :: error
     character(:), allocatable :: path
@@ -60,8 +60,8 @@ contains
       end if
     end if
     call agree(world, error)
-    is_taken = .not. world%all_true(status /= locked_elsewhere)
-  end subroutine take_folder
+    is_locked = .not. world%all_true(status /= locked_elsewhere)
+  end subroutine lock_folder
 
   !> Collective. Prepare a locked folder for the results of `run`. Results of another run are moved
   !> to a folder previous_N, or deleted if `overwrites`. For a run resumed in its own folder frames

@@ -72,7 +72,7 @@ contains
     allocate (x(3, particles%total()))
     call pack_vector(particles, f_pos, x)
     call begin_frame(file, world, path, time, step, cell, spacing, names, x, input_text, error)
-    call note(file, 'unit of Points: m', 1)
+    call write_metadata(file, 'unit of Points: m', 1)
     call write_point_data(file, particles, made_of)
     if (origin > 0) then
       call pack_vector(particles, origin, x)
@@ -81,11 +81,13 @@ contains
     end if
     do k = 1, size(extra_names)
       call write_scalar(file, trim(extra_names(k)), trim(extra_units(k)), extra(:, k))
-      if (extra_units(k) == '1') call note(file, 'unit of '//trim(extra_names(k))//': 1', 1)
+      if (extra_units(k) == '1') call write_metadata(file, 'unit of '//trim(extra_names(k))// &
+                                                     ': 1', 1)
     end do
     call write_attribute(file, '/', 'material_names', material(made_of))
     do k = 1, size(names)
-      call note(file, 'material of '//trim(names(k))//': '//trim(material(made_of(k))), made_of(k))
+      call write_metadata(file, 'material of '//trim(names(k))//': '//trim(material(made_of(k))), &
+                          made_of(k))
     end do
     call file%close(error)
   end subroutine write_frame
@@ -158,7 +160,7 @@ contains
     cells = merge(size(corner, 2), 0, world%is_root())
     call begin_grid(file, world, path, time, step, 'tool', names, x(:, :points), vtk_triangle, &
                     int(corner(:, :cells) - 1, i8), error)
-    call note(file, 'unit of Points: m', 1)
+    call write_metadata(file, 'unit of Points: m', 1)
     call write_array(file, point_data//'velocity', velocity(:, :points))
     call describe(file, 'velocity', 'm/s')
     call write_scalar(file, 'azimuth', 'rad', azimuth(:points))
@@ -301,7 +303,7 @@ contains
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path, kind, names(:)
     real(rp), intent(in) :: time                        !! [s]
-    integer, intent(in) :: step, cell                   !! cell: type of VTK
+    integer, intent(in) :: step, cell                   !! step; type of the cells in VTK
     real(sp), intent(in), contiguous :: x(:, :)         !! (3, n) positions [m]
     integer(i8), intent(in), contiguous :: corner(:, :)  !! (corners, m) points of a cell, from 0
     type(error_t), intent(in) :: error
@@ -326,9 +328,9 @@ contains
     call file%group(point_data(:len(point_data) - 1))
     call file%group(field_data)
     call write_array(file, field_data//'/TimeValue', of_root(file, time))
-    call note(file, 'step', step)
+    call write_metadata(file, 'step', step)
     do k = 1, size(names)
-      call note(file, kind//' '//str(k)//': '//trim(names(k)), int(k))
+      call write_metadata(file, kind//' '//str(k)//': '//trim(names(k)), int(k))
     end do
   end subroutine begin_grid
 
@@ -338,12 +340,12 @@ contains
     character(*), intent(in) :: field, unit
 
     call write_attribute(file, point_data//field, 'units', unit)
-    if (unit /= '1') call note(file, 'unit of '//field//': '//unit, 1)
+    if (unit /= '1') call write_metadata(file, 'unit of '//field//': '//unit, 1)
   end subroutine describe
 
   !> Write a number as field data whose name is the metadata text `name`. As slashes separate groups
   !> in HDF5, ` per ` replaces them.
-  subroutine note(file, name, value)
+  subroutine write_metadata(file, name, value)
     type(h5file_t), intent(inout) :: file
     character(*), intent(in) :: name
     integer, intent(in) :: value
@@ -356,7 +358,7 @@ contains
       if (name(i:i) /= '/') path = path//name(i:i)
     end do
     call write_array(file, path, of_root(file, real(value, rp)))
-  end subroutine note
+  end subroutine write_metadata
 
   !> Array with a number on rank 0, empty on the others.
   pure function of_root(file, value) result(values)

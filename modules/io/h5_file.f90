@@ -11,7 +11,7 @@
 module io_h5_file
   use, intrinsic :: iso_c_binding, only: c_int, c_null_char
   use, intrinsic :: iso_fortran_env, only: int64
-  use base_disk, only: file_bytes, keep_file, sync_file
+  use base_disk, only: file_bytes, link_file, sync_file
   use base_errors, only: error_t
   use base_files, only: reason_of
   use base_kinds, only: i8
@@ -184,7 +184,7 @@ contains
     if (self%world%is_root()) then
       if (is_good .and. self%sealed) then
         ok = sync_file(self%path//'.tmp')
-        if (ok) ok = keep_file(self%path, previous_of(self%path))
+        if (ok) ok = link_file(self%path, previous_of(self%path))
       end if
       if (is_good .and. ok) call rename_file(self%path//'.tmp', self%path, ok)
       if (.not. (is_good .and. ok)) call remove_file(self%path//'.tmp')

@@ -5,7 +5,7 @@ module io_histories
   use base_errors, only: error_t, fatal
   use base_files, only: free_name, reason_of, text_file_t, write_whole
   use base_kinds, only: i8, rp
-  use base_log, only: say
+  use base_log, only: log_line
   use base_system, only: rename_file
   use base_text, only: joined, str
   use base_world, only: agree, world_t
@@ -23,7 +23,7 @@ module io_histories
     type(text_file_t) :: file
     character(:), allocatable :: path
   contains
-    procedure :: open => open_table, row, lines, is_lost, sync, close => close_table
+    procedure :: open => open_table, write_row, write_lines, is_lost, sync, close => close_table
   end type table_t
 
   integer, parameter :: max_name = 64          !! length of column names
@@ -62,7 +62,7 @@ contains
     character(*), intent(in) :: path
     character(*), intent(in) :: title        !! first line, after '# '; none if blank
     character(*), intent(in) :: columns(:)   !! names with units, as time[s]; the first is the time
-    integer(i8), intent(in) :: rows          !! negative: a new table
+    integer(i8), intent(in) :: rows          !! rows of the run; negative: new table
     real(rp), intent(in) :: last_time        !! time of the last row [s]
     type(error_t), intent(inout) :: error
     logical, intent(in), optional :: may_follow
@@ -130,12 +130,12 @@ contains
       end if
       first = last + 1
     end do
-    if (found /= rows) call tell_apart(path, len(old) > 0, found, rows, last_time)
+    if (found /= rows) call set_aside(path, len(old) > 0, found, rows, last_time)
     text = text//kept(:used)
   end subroutine keep_rows
 
   !> Rename a table with other rows than those of this run, with a warning.
-  subroutine tell_apart(path, is_there, found, rows, last_time)
+  subroutine set_aside(path, is_there, found, rows, last_time)
     character(*), intent(in) :: path
     logical, intent(in) :: is_there
     integer(i8), intent(in) :: found, rows
@@ -150,8 +150,8 @@ contains
       call rename_file(path, aside, ok)
       if (ok) message = message//'; it is kept as '//aside
     end if
-    call say(message)
-  end subroutine tell_apart
+    call log_line(message)
+  end subroutine set_aside
 
   !> First value of a line; huge if the line is not a complete row of `n` values.
   real(rp) function time_of(line, n) result(time)
@@ -191,25 +191,25 @@ contains
 
   !> Append a row. A failure is reported by `is_lost` and `close`, to avoid communication for each
   !> row.
-  subroutine row(self, values)
+  subroutine write_row(self, values)
     class(table_t), intent(inout) :: self
     real(rp), intent(in) :: values(:)
     character(25*size(values)) :: line
 
     if (.not. self%world%is_root()) return
     write (line, '(es19.12, *(:, ",", es17.9))') values
-    call self%lines(compact(line)//new_line('a'))
-  end subroutine row
+    call self%write_lines(compact(line)//new_line('a'))
+  end subroutine write_row
 
   !> Append rows given as text with line ends.
-  subroutine lines(self, text)
+  subroutine write_lines(self, text)
     class(table_t), intent(inout) :: self
     character(*), intent(in) :: text
 
     if (.not. self%world%is_root() .or. len(text) == 0) return
     call self%file%put(text)
     call report_restored(self)
-  end subroutine lines
+  end subroutine write_lines
 
   !> True on rank 0 if a row could not be written.
   pure logical function is_lost(self)
@@ -230,7 +230,7 @@ contains
   subroutine report_restored(self)
     class(table_t), intent(inout) :: self
 
-    if (self%file%was_restored .and. .not. self%is_lost()) call say('warning: '//self%path// &
+    if (self%file%was_restored .and. .not. self%is_lost()) call log_line('warning: '//self%path// &
       ' was moved, deleted or replaced during the run; it is written again with all its rows')
     self%file%was_restored = .false.
   end subroutine report_restored
@@ -279,7 +279,7 @@ contains
   !> Append a column.
   pure subroutine add(self, name, unit, value)
     class(row_t), intent(inout) :: self
-    character(*), intent(in) :: name, unit     !! unit: '' if none
+    character(*), intent(in) :: name, unit     !! name; unit, '' if none
     real(rp), intent(in) :: value
 
     if (.not. allocated(self%column)) allocate (self%column(0))

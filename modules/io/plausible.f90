@@ -12,8 +12,8 @@ module io_plausible
 
   public :: is_between, numbers_t
 
-  real(rp), parameter, public :: most = 1.0e30_rp    !! bound of any quantity, in SI units
-  real(rp), parameter, public :: least = 1.0e-30_rp  !! bound of positive quantities
+  real(rp), parameter, public :: max_magnitude = 1.0e30_rp  !! bound of any quantity, in SI units
+  real(rp), parameter, public :: min_positive = 1.0e-30_rp  !! bound of positive quantities
   real(rp), parameter, public :: speed_of_light = 3.0e8_rp   !! bound of velocities [m/s]
   real(rp), parameter, public :: counts = 2.0_rp**53   !! bound of counts, up to which reals are
                                                        !! exact
@@ -45,7 +45,7 @@ contains
 
     self%n = self%n + n
     if (self%n > size(self%value)) return
-    range = [-most, most]
+    range = [-max_magnitude, max_magnitude]
     if (present(low)) range(1) = low
     if (present(high)) range(2) = high
     do k = self%n - n + 1, self%n
@@ -117,9 +117,11 @@ contains
     real(rp), intent(inout) :: state(:)
 
     if (size(state) == 0) return
-    call self%pass_real(state(1), 'the temperature of the face of a tool or backing [K]', least)
+    call self%pass_real(state(1), 'the temperature of the face of a tool or backing [K]', &
+                        min_positive)
     call self%pass(2, state(2:3), 'the heat of a tool or backing [J]')
-    call self%pass(size(state) - 3, state(4:), 'the temperature of a tool or backing [K]', least)
+    call self%pass(size(state) - 3, state(4:), 'the temperature of a tool or backing [K]', &
+                   min_positive)
   end subroutine pass_sink
 
   !> True if the numbers passed so far were read and are valid.

@@ -9,7 +9,7 @@
 !> they are.
 module mpm_blocks
   use base_kinds, only: nlane, rp
-  use base_system, only: to_records
+  use base_system, only: pack_records
   use grid_geometry, only: storage_nodes
   use particles_store, only: f_pos, f_vel, particles_t
   use simulation_nodes, only: nodes_t
@@ -113,7 +113,7 @@ contains
       slope(p, 4) = slope(p, 2); slope(p, 5) = vol*tau(p, 2); slope(p, 6) = vol*tau(p, 5)
       slope(p, 7) = slope(p, 3); slope(p, 8) = slope(p, 6); slope(p, 9) = vol*tau(p, 3)
     end do
-    call to_records(nlane, value, slope, rec)
+    call pack_records(nlane, value, slope, rec)
   end subroutine force_records
 
   !> Records of mass and momentum, lanes 1:4 of their values.

@@ -9,19 +9,21 @@ module mpm_constitutive
   use particles_store, only: f_bbar, f_flow, f_jac, f_mass, f_plastic, f_pos, f_rate, f_tau, &
                              f_temp
   use physics_flow_law, only: flow_law_t, max_warnings
-  use physics_stress, only: stress_block, stress_sums_t
+  use physics_stress, only: advance_stress, stress_sums_t
   use simulation_parts, only: simulation_t
   use simulation_run, only: e_body, e_plastic, e_stress, outcome_t
   use simulation_scene, only: average_never
   implicit none (type, external)
   private
 
-  public :: anneal_particles, average_volume, constitutive, external_acceleration, external_work
+  public :: anneal_particles, average_volume, update_block_stress, external_acceleration, &
+            record_external_work
 
 contains
 
-  !> F-bar: relax the volume ratios towards the mean of each particle's cell and update the stress
-  !> from them, before the stress does the work of the next strain; record the energy of the change.
+  !> F-bar averaging. Relax the volume ratios towards the mean of each particle's cell and update
+  !> the stress from them, before the stress does the work of the next strain; record the energy of
+  !> the change.
   subroutine average_volume(sim, body, n, w, first, nf, ps)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: body, n, first(nlane), nf
@@ -61,7 +63,7 @@ contains
   end function external_acceleration
 
   !> Record the work of gravity and loads.
-  subroutine external_work(sim, body, n, dt, v, dv, mass)
+  subroutine record_external_work(sim, body, n, dt, v, dv, mass)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: body, n
     real(rp), intent(in) :: dt, v(nlane, 3), dv(nlane, 3), mass(nlane)
@@ -70,12 +72,12 @@ contains
     a = external_acceleration(sim, body)
     if (all(abs(a) <= 0.0_rp)) return
     sim%budget%sums(e_body) = sim%budget%sums(e_body) + body_work(n, dt, a, mass, v, dv)
-  end subroutine external_work
+  end subroutine record_external_work
 
   !> Update the stress over `dt`. The flow law uses the particle's own temperature: the nodal
   !> temperature, a mean over neighbours of different strain, was off by 8 % of the rise at single
   !> particles of a squeezed cube.
-  subroutine constitutive(sim, body, n, dt, l, nf, ps, outcome)
+  subroutine update_block_stress(sim, body, n, dt, l, nf, ps, outcome)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: body, n, nf
     real(rp), intent(in) :: dt, l(nlane, 9)
@@ -89,16 +91,16 @@ contains
     associate (half => sim%scene%layout%half)
       if (half > 0) allocate (factor, source=domain_factor(sim%scene%grid%h, ps(:, half:half + 2)))
     end associate
-    call stress_block(sim%scene%material(sim%scene%body(body)%material), n, dt, l, temp, &
-                      ps(1, f_mass), ps(1, f_bbar), ps(1, f_jac), ps(1, f_plastic), ps(1, f_temp), &
-                      ps(1, f_tau), ps(1, f_rate), ps(1, f_flow), sim%scene%layout%n_law, &
-                      ps(1, sim%scene%layout%law), sums, factor)
+    call advance_stress(sim%scene%material(sim%scene%body(body)%material), n, dt, l, temp, &
+                        ps(1, f_mass), ps(1, f_bbar), ps(1, f_jac), ps(1, f_plastic), &
+                        ps(1, f_temp), ps(1, f_tau), ps(1, f_rate), ps(1, f_flow), &
+                        sim%scene%layout%n_law, ps(1, sim%scene%layout%law), sums, factor)
     sim%budget%sums(e_plastic) = sim%budget%sums(e_plastic) + sums%plastic_work
     sim%budget%sums(e_stress) = sim%budget%sums(e_stress) + sums%stress_work
     sim%budget%failed_returns = sim%budget%failed_returns + sums%failed
     outcome%stiffness = max(outcome%stiffness, sums%stiffness)
     if (any(sums%warnings > 0)) call count_warnings(sim, body, sums, nf, ps)
-  end subroutine constitutive
+  end subroutine update_block_stress
 
   !> Count particles outside the validity range of a flow law, and store the first occurrence.
   subroutine count_warnings(sim, body, sums, nf, ps)

@@ -9,7 +9,7 @@
 !> variations that the cells resolve, and add noise to the velocities.
 !>
 !> Cells of the grid are used instead of those around its nodes: the divergence around a node is
-!> that of central differences, which do not see a pressure that alternates along a single axis.
+!> that of central differences, which are 0 for a field that alternates along a single axis.
 module mpm_fbar
   use base_kinds, only: nlane, rp
   use base_world, only: world_t

@@ -7,15 +7,15 @@ module mpm_prescribed
                              particles_t
   use physics_field, only: field_t
   use physics_material, only: material_t
-  use physics_stress, only: elastic_stress
+  use physics_stress, only: compute_elastic_stress
   use simulation_parts, only: simulation_t
   use simulation_run, only: e_body
   use simulation_scene, only: scene_t, scheme_musl, scheme_usl
   implicit none (type, external)
   private
 
-  public :: start_fields, stagger_velocities, velocity_time, add_prescribed_force, prescribed_work
-  public :: elastic_state
+  public :: start_fields, stagger_velocities, velocity_time, add_prescribed_force
+  public :: compute_elastic_state, record_prescribed_work
 
 contains
 
@@ -50,7 +50,8 @@ contains
     if (.not. field%has_motion) return
     call field%motion(0.0_rp, ps(1, layout%origin), ps(1, f_pos), v, f)
     ps(:, f_vel:f_vel + 2) = ps(:, f_vel:f_vel + 2) + v
-    call elastic_state(material, n, f, ps(1, f_temp), ps(1, f_bbar), ps(1, f_jac), ps(1, f_tau))
+    call compute_elastic_state(material, n, f, ps(1, f_temp), ps(1, f_bbar), ps(1, f_jac), &
+                               ps(1, f_tau))
     if (layout%half == 0) return
     do a = 1, 3
       associate (half => ps(:, layout%half + a - 1))
@@ -60,7 +61,7 @@ contains
   end subroutine start_block
 
   !> Elastic state of a block with the deformation gradient `f`, and its stress.
-  subroutine elastic_state(material, n, f, temp, bbar, jac, tau)
+  subroutine compute_elastic_state(material, n, f, temp, bbar, jac, tau)
     type(material_t), intent(in) :: material
     integer, intent(in) :: n
     real(rp), intent(in) :: f(nlane, 9)            !! F row by row
@@ -78,8 +79,8 @@ contains
       bbar(:, c) = (f(:, row(c) + 1)*f(:, column(c) + 1) + f(:, row(c) + 2)*f(:, column(c) + 2) &
                     + f(:, row(c) + 3)*f(:, column(c) + 3))*jac**(-2.0_rp/3.0_rp)
     end do
-    call elastic_stress(material, n, temp, bbar, jac, tau, unused)
-  end subroutine elastic_state
+    call compute_elastic_stress(material, n, temp, bbar, jac, tau, unused)
+  end subroutine compute_elastic_state
 
   !> Shift the velocities of USL and MUSL, which belong to mid-step times, back from t = 0 by half
   !> of `dt`, and set the velocity gradients of the affine transfer to those of that time.
@@ -116,11 +117,11 @@ contains
     d = 0.01_rp*dt
     call field%motion(t - d, ps(1, layout%origin), x, start, before)
     call field%motion(t + d, ps(1, layout%origin), x, early, after)
-    call velocity_gradient(f, (after - before)/(2.0_rp*d), ps(1, layout%affine))
+    call compute_velocity_gradient(f, (after - before)/(2.0_rp*d), ps(1, layout%affine))
   end subroutine stagger_block
 
   !> Velocity gradient L from dF/dt = L F.
-  pure subroutine velocity_gradient(f, rate, l)
+  pure subroutine compute_velocity_gradient(f, rate, l)
     real(rp), intent(in) :: f(nlane, 9), rate(nlane, 9)   !! F [-] and dF/dt [1/s], row by row
     real(rp), intent(out) :: l(nlane, 9)                  !! velocity gradient, row by row [1/s]
     real(rp) :: a(3, 3), inverse(3, 3)
@@ -134,7 +135,7 @@ contains
       inverse = inverse/dot_product(inverse(1, :), a(:, 1))
       l(p, :) = reshape(matmul(inverse, reshape(rate(p, :), [3, 3])), [9])
     end do
-  end subroutine velocity_gradient
+  end subroutine compute_velocity_gradient
 
   pure function cross(a, b) result(c)
     real(rp), intent(in) :: a(3), b(3)
@@ -170,7 +171,7 @@ contains
 
   !> Record the work of the prescribed body force in a step, with the mean grid velocity `v` -
   !> `dv`/2.
-  subroutine prescribed_work(sim, body, n, dt, v, dv, nf, ps)
+  subroutine record_prescribed_work(sim, body, n, dt, v, dv, nf, ps)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: body, n, nf
     real(rp), intent(in) :: dt, v(nlane, 3), dv(nlane, 3), ps(nlane, nf)
@@ -182,6 +183,6 @@ contains
       sim%budget%sums(e_body) = sim%budget%sums(e_body) + dt*ps(p, f_mass)*dot_product(b(p, :), &
         v(p, :) - 0.5_rp*dv(p, :))
     end do
-  end subroutine prescribed_work
+  end subroutine record_prescribed_work
 
 end module mpm_prescribed

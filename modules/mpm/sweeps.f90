@@ -6,9 +6,10 @@ module mpm_sweeps
   use mpm_blocks, only: advance_particles, affine_to_grid, force_records, gather_gradient, &
                         gather_lanes, gather_slopes, gather_velocity, momentum_records, &
                         move_rigid, stretch_domains, weights_of
-  use mpm_constitutive, only: constitutive, external_acceleration, external_work, average_volume
+  use mpm_constitutive, only: average_volume, external_acceleration, record_external_work, &
+                              update_block_stress
   use mpm_fbar, only: add_volume
-  use mpm_prescribed, only: add_prescribed_force, prescribed_work
+  use mpm_prescribed, only: add_prescribed_force, record_prescribed_work
   use mpm_tractions, only: record_traction_work
   use particles_store, only: f_flow, f_mass, f_pos, f_rate, f_tau, f_temp, f_vel, n_to_grid
   use simulation_parts, only: simulation_t
@@ -196,11 +197,11 @@ contains
       if (sim%scene%layout%half > 0) call stretch_domains(dt_stress, l, &
                                                           ps(1, sim%scene%layout%half))
       call average_volume(sim, body, n, w, first, nf, ps)
-      call external_work(sim, body, n, dt, v, dv, ps(1, f_mass))
+      call record_external_work(sim, body, n, dt, v, dv, ps(1, f_mass))
       if (sim%scene%body(body)%is_forced()) then
-        call prescribed_work(sim, body, n, dt, v, dv, nf, ps)
+        call record_prescribed_work(sim, body, n, dt, v, dv, nf, ps)
       end if
-      call constitutive(sim, body, n, dt_stress, l, nf, ps, outcome)
+      call update_block_stress(sim, body, n, dt_stress, l, nf, ps, outcome)
     end associate
   end subroutine advance_block
 
@@ -271,7 +272,7 @@ contains
     l(n + 1:, :) = 0.0_rp
     if (sim%scene%layout%half > 0) call stretch_domains(dt, l, ps(1, sim%scene%layout%half))
     call average_volume(sim, body, n, w, first, nf, ps)
-    call constitutive(sim, body, n, dt, l, nf, ps, outcome)
+    call update_block_stress(sim, body, n, dt, l, nf, ps, outcome)
   end subroutine strain_block
 
   !> Velocity-field group of block `b`.

@@ -23,7 +23,7 @@ contains
     integer :: b, group, i, n
 
     do b = 1, sim%particles%nblk
-      call loaded_faces(sim, b, sim%particles%nf, sim%particles%ps(:, :, b), n, face, force)
+      call list_loaded_faces(sim, b, sim%particles%nf, sim%particles%ps(:, :, b), n, face, force)
       group = sim%scene%body(sim%particles%body(b))%group
       do i = 1, n
         call add_to_nodes(face(i), force(:, i), 5, sim%nodes%patch%stride, sim%nodes%patch%nn, &
@@ -42,7 +42,7 @@ contains
     integer :: b, group, i, n
 
     do b = 1, sim%particles%nblk
-      call loaded_faces(sim, b, sim%particles%nf, sim%particles%ps(:, :, b), n, face, force)
+      call list_loaded_faces(sim, b, sim%particles%nf, sim%particles%ps(:, :, b), n, face, force)
       group = sim%scene%body(sim%particles%body(b))%group
       do i = 1, n
         sim%budget%sums(e_body) = sim%budget%sums(e_body) + dt*dot_product(force(:, i), &
@@ -52,7 +52,7 @@ contains
   end subroutine record_traction_work
 
   !> List the `n` loaded faces of block `b` and the current force on each [N].
-  subroutine loaded_faces(sim, b, nf, ps, n, face, force)
+  subroutine list_loaded_faces(sim, b, nf, ps, n, face, force)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: b, nf
     real(rp), intent(in) :: ps(nlane, nf)
@@ -79,7 +79,7 @@ contains
         force(:, n) = face_area(sim%scene, body, ps(p, :), k)*stress
       end do
     end do
-  end subroutine loaded_faces
+  end subroutine list_loaded_faces
 
   !> Sum of the current tractions on face `k` of particle `p` [Pa].
   pure function stress_on(sim, body, k, p, nf, ps) result(stress)

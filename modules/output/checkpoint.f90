@@ -4,7 +4,7 @@ module output_checkpoint
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
   use io_checkpoint, only: notes_t, write_checkpoint
-  use io_plausible, only: counts, least, numbers_t, speed_of_light
+  use io_plausible, only: counts, min_positive, numbers_t, speed_of_light
   use simulation_node_pairs, only: n_kept
   use simulation_parts, only: simulation_t
   use simulation_probes, only: share_probes
@@ -99,7 +99,8 @@ contains
       call s%pass_one(c%sorted_at, 'the step of the last sort', -1.0_rp, real(c%step, rp))
       call s%pass_one(c%heat_time, 'the time of the last conduction step [s]', 0.0_rp, c%time)
       call s%pass_one(c%max_speed, 'the largest velocity [m/s]', 0.0_rp, speed_of_light)
-      call s%pass_one(c%stiffness, 'the squared wave speed [m2/s2]', least, speed_of_light**2)
+      call s%pass_one(c%stiffness, 'the squared wave speed [m2/s2]', min_positive, &
+                      speed_of_light**2)
       call s%pass_one(h%kinetic0, 'the kinetic energy at t = 0 [J]', 0.0_rp)
       call s%pass_one(h%elastic0, 'the elastic energy at t = 0 [J]')
       call s%pass_one(h%audit_scale, 'the reference energy of the balance [J]', 0.0_rp)
@@ -108,7 +109,7 @@ contains
       call s%pass_one(frames, 'the number of frames', 0.0_rp, real(size(s%value), rp))
       call s%pass(2, last, 'a squared speed of the last step [m2/s2]', 0.0_rp, speed_of_light**2)
       call s%pass_one(c%refused, 'the number of refused steps', 0.0_rp, counts)
-      call s%pass_one(scaling, 'the mass scaling', least)
+      call s%pass_one(scaling, 'the mass scaling', min_positive)
       call s%pass_one(c%inertial_peak, 'the largest inertial stress over flow stress', 0.0_rp)
       call s%pass_one(c%heat_step, 'the next conduction step [s]', 0.0_rp)
       call s%pass_one(h%rows, 'the number of rows', 0.0_rp, counts)
@@ -136,7 +137,8 @@ contains
       far = maxval(abs(sim%scene%grid%lower)) + 1.0e9_rp*minval(sim%scene%grid%h)
       if (sim%probes%n > 0) then
         call s%pass(size(sim%probes%x), sim%probes%x, 'the position of a probe [m]', -far, far)
-        call s%pass(sim%probes%n, sim%probes%temperature, 'the temperature of a probe [K]', least)
+        call s%pass(sim%probes%n, sim%probes%temperature, 'the temperature of a probe [K]', &
+                    min_positive)
       end if
       call s%pass(frames, h%frame_times, 'the time of a frame [s]', 0.0_rp, c%time)
       call s%pass(size(h%row_impulse), h%row_impulse, 'a sum at the last row')

@@ -3,7 +3,7 @@
 module output_error_norms
   use base_kinds, only: nlane, rp
   use io_histories, only: row_t
-  use mpm_prescribed, only: elastic_state, velocity_time
+  use mpm_prescribed, only: compute_elastic_state, velocity_time
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel
   use physics_field, only: field_t
   use physics_material, only: material_t
@@ -12,7 +12,7 @@ module output_error_norms
   implicit none (type, external)
   private
 
-  public :: has_fields, error_headings, error_row
+  public :: has_fields, error_headings, make_error_row
 
   ! Sums of a body: mass, and mass times the squared errors of position, velocity and stress, the
   ! squared exact stress and the squared error of temperature. Maxima of a body: errors of position
@@ -43,7 +43,7 @@ contains
   end function error_headings
 
   !> Collective. Current errors: mass-weighted rms values and maxima.
-  subroutine error_row(sim, row)
+  subroutine make_error_row(sim, row)
     type(simulation_t), intent(in) :: sim
     type(row_t), intent(out) :: row
     real(rp) :: sums(n_sums*size(sim%scene%body)), maxima(n_maxima*size(sim%scene%body))
@@ -62,7 +62,7 @@ contains
     call sim%world%sum(sums)
     call sim%world%max(maxima)
     call add_columns(sim, sums, maxima, row)
-  end subroutine error_row
+  end subroutine make_error_row
 
   !> Add the time and the errors of each body.
   subroutine add_columns(sim, sums, maxima, row)
@@ -132,7 +132,7 @@ contains
 
     call field%motion(velocity_time(sim), x0, unused, exact_v, f)
     call field%motion(sim%clock%time, x0, exact_x, unused, f)
-    call elastic_state(material, n, f, temp, bbar, jac, exact_tau)
+    call compute_elastic_state(material, n, f, temp, bbar, jac, exact_tau)
     do p = 1, n
       d = sim%scene%grid%nearest_image(x(p, :) - exact_x(p, :))
       sums(2) = sums(2) + mass(p)*sum(d**2)

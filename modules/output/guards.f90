@@ -6,7 +6,7 @@
 !> Detection of metal above its melting temperature: one warning, and maxima for the summary.
 module output_guards
   use base_kinds, only: rp
-  use base_log, only: say
+  use base_log, only: log_line
   use base_text, only: str
   use base_world, only: world_t
   use io_histories, only: row_t
@@ -108,7 +108,8 @@ contains
                "MASS_SCALING, or set SELECTIVE_SCALING = 'off'"
     else if (.not. self%has_warned) then
       self%has_warned = .true.
-      if (sim%world%is_root()) call say('warning: '//began//' (10 % end the run): lower &TIME CFL')
+      if (sim%world%is_root()) call log_line('warning: '//began// &
+                                             ' (10 % end the run): lower &TIME CFL')
     end if
   end subroutine check_balance
 
@@ -235,7 +236,7 @@ contains
       ', '//str(sample%x(3))//') m, has '//str(sample%temp)//' K, T_MELT is '//str(sample%temp &
       - sample%over)//' K'
     call world%share_message(local_message, message)
-    if (world%is_root()) call say(message)
+    if (world%is_root()) call log_line(message)
   end subroutine update
 
   !> Two members of NAME_summary.json, each with its comma.

@@ -6,10 +6,10 @@
 !> (contact_tool_limits), also as means over the whole run for its summary.
 module output_history
   use base_kinds, only: rp
-  use base_log, only: say
+  use base_log, only: log_line
   use base_text, only: str
   use io_histories, only: row_t
-  use output_microstructure, only: add_micro_columns, micro_means_t, microstructure_means, &
+  use output_microstructure, only: add_micro_columns, find_microstructure_means, micro_means_t, &
                                    zero_means
   use output_totals, only: zero_totals, sum_totals, totals_t
   use simulation_parts, only: simulation_t
@@ -24,7 +24,7 @@ module output_history
   implicit none (type, external)
   private
 
-  public :: history_headings, history_row, faces_json, log_faces
+  public :: history_headings, make_history_row, faces_json, log_faces
 
   !> Area means over the face where friction acts on material that can flow.
   type :: face_means_t
@@ -52,21 +52,21 @@ contains
   end function history_headings
 
   !> Collective. One row of the history; means of the next row start at this time.
-  subroutine history_row(sim, row)
+  subroutine make_history_row(sim, row)
     type(simulation_t), intent(inout) :: sim
     type(row_t), intent(out) :: row
     type(micro_means_t) :: micro
     type(totals_t) :: totals
 
     call sum_totals(sim, totals)
-    call microstructure_means(sim, micro)
+    call find_microstructure_means(sim, micro)
     sim%step%is_broken = sim%step%is_broken .or. .not. totals%is_sound
     call add_columns(sim, totals, micro, row)
     sim%history%row_gained = totals%tool - sim%history%row_sums
     sim%history%row_sums = totals%tool
     sim%history%row_impulse = totals%impulse
     sim%history%row_time = sim%clock%time
-  end subroutine history_row
+  end subroutine make_history_row
 
   !> Add all columns in order.
   subroutine add_columns(sim, totals, micro, row)
@@ -85,7 +85,7 @@ contains
       call add_tool(sim%tool(k), totals%tool(:, k) - sim%history%row_sums(:, k), per_second, row)
       if (has_face(sim%scene, sim%tool(k))) then
         call add_face(trim(sim%tool(k)%name), totals%tool(:, k) - sim%history%row_sums(:, k), &
-                      per_second, totals%face(k), row)
+                      per_second, totals%max_face_temperature(k), row)
       end if
     end do
     do k = 1, size(sim%backing)
@@ -126,7 +126,7 @@ contains
       call row%add('tool_work', 'J', t%work)
       call row%add('body_work', 'J', budget(e_body))
       call row%add('wall_work', 'J', budget(e_wall))
-      call row%add('friction_heat', 'J', t%friction)
+      call row%add('friction_heat', 'J', t%friction_heat)
       call row%add('contact_loss', 'J', t%contact)
       call row%add('numerical_loss', 'J', t%loss)
       call row%add('sleep_loss', 'J', budget(e_sleep))
@@ -179,7 +179,7 @@ contains
     call row%add(name//'_tilt', 'rad', tool%tilt())
     if (tool%monitor%is_on) call row%add(name//'_phase', '', real(tool%monitor%phase, rp))
     if (.not. tool%heat%is_on) return
-    call row%add(name//'_tool_face_temperature', 'K', tool%heat%face)
+    call row%add(name//'_tool_face_temperature', 'K', tool%heat%face_temperature)
     call row%add(name//'_heat_content', 'J', tool%heat%content())
     call row%add(name//'_heat_gained', 'J', tool%heat%gained)
     call row%add(name//'_heat_lost', 'J', tool%heat%lost)
@@ -294,11 +294,12 @@ contains
       if (.not. has_face(sim%scene, sim%tool(k))) cycle
       if (sim%history%row_sums(s_area, k) <= 0.0_rp) cycle
       associate (face => means_from(sim%history%row_sums(:, k)))
-        call say(trim(sim%tool(k)%name)//': face at '//str(face%temperature)// &
-                 ' K in the mean, sticks to '//str(100.0_rp*face%stick_share)// &
-                 ' %; the layer under it shears '//str(face%layer_slip)//' m/s over '// &
-                 str(face%layer_thickness)//' m and has '//str(100.0_rp*face%layer_heat_share)// &
-                 ' % of the friction heat')
+        call log_line(trim(sim%tool(k)%name)//': face at '//str(face%temperature)// &
+                      ' K in the mean, sticks to '//str(100.0_rp*face%stick_share)// &
+                      ' %; the layer under it shears '//str(face%layer_slip)//' m/s over '// &
+                      str(face%layer_thickness)// &
+                      ' m and has '//str(100.0_rp*face%layer_heat_share)// &
+                      ' % of the friction heat')
       end associate
     end do
   end subroutine log_faces

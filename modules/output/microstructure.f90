@@ -12,8 +12,8 @@ module output_microstructure
   implicit none (type, external)
   private
 
-  public :: add_micro_columns, frame_outputs, micro_means_t, microstructure_means, zero_means, &
-            pack_outputs, warning_message
+  public :: add_micro_columns, frame_outputs, micro_means_t, find_microstructure_means, &
+            zero_means, pack_outputs, make_warning_message
 
   real(rp), parameter :: stirred_strain = 1.0_rp  !! least plastic strain of stirred material
 
@@ -145,7 +145,7 @@ contains
   end function zero_means
 
   !> Collective. Current means and minima; 0 while nothing is stirred.
-  subroutine microstructure_means(sim, means)
+  subroutine find_microstructure_means(sim, means)
     type(simulation_t), intent(in) :: sim
     type(micro_means_t), intent(out) :: means
     type(outputs_t) :: outputs
@@ -180,11 +180,11 @@ contains
     mass = sums(2:n_all + 1)
     where (mass > 0.0_rp) means%mean = sums(n_all + 2:)/mass
     means%minimum = -minimum
-  end subroutine microstructure_means
+  end subroutine find_microstructure_means
 
   !> Collective. Message on warning `k` of the flow laws: its number of occurrences on all ranks,
   !> and the position of one; '' if there was none.
-  subroutine warning_message(sim, k, message)
+  subroutine make_warning_message(sim, k, message)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: k
     character(:), allocatable, intent(inout) :: message
@@ -201,6 +201,6 @@ contains
         str(place(4))//', '//str(place(5))//') m, t = '//str(place(1))//' s, '//str(place(2))//' K'
     end associate
     call sim%world%share_message(local_message, message)
-  end subroutine warning_message
+  end subroutine make_warning_message
 
 end module output_microstructure

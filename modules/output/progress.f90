@@ -5,7 +5,7 @@ module output_progress
   use base_errors, only: error_t
   use base_files, only: write_whole
   use base_kinds, only: i8, rp
-  use base_log, only: say, show_progress, window_width
+  use base_log, only: log_line, show_progress, window_width
   use base_system, only: peak_memory
   use base_text, only: str
   use base_timers, only: cpu_seconds, n_phases, now, phase_name, wall_time
@@ -28,7 +28,7 @@ module output_progress
   !> Samples of the completed share of a run, and the state of the progress line.
   type :: time_left_t
     real(rp) :: interval = 0.0_rp             !! interval of lines in a log file [s]
-    logical :: is_asked = .false.             !! the interval is given in the input, and constant
+    logical :: is_given = .false.             !! the interval is given in the input, and constant
     real(rp), private :: at(max_samples) = 0.0_rp  !! wall-clock times of samples since start [s]
     real(rp), private :: share(max_samples) = 0.0_rp  !! completed share of the run at the samples
     integer, private :: n = 0
@@ -62,7 +62,7 @@ contains
 
     self%started = wall_time()
     self%cpu_started = cpu_seconds()
-    call self%left%init(output%progress_interval, output%progress_is_asked)
+    call self%left%init(output%progress_interval, output%progress_is_given)
     self%first_step = step
     self%first_time = time
   end subroutine init
@@ -115,9 +115,9 @@ contains
     call write_whole(sim%scene%output%directory//'/'//sim%scene%output%name//'_summary.json', &
                      json(self, sim, wall, steps, all, others), error)
     if (.not. sim%scene%output%is_quiet) then
-      call say(str(sim%clock%step - self%first_step)//' steps of '//str(self%particles)// &
-               ' particles in '//span(wall)//': '//str(steps/wall*1.0e-6_rp)// &
-               ' M particle-steps/s on '//str(sim%world%size)//' rank(s)')
+      call log_line(str(sim%clock%step - self%first_step)//' steps of '//str(self%particles)// &
+                    ' particles in '//span(wall)//': '//str(steps/wall*1.0e-6_rp)// &
+                    ' M particle-steps/s on '//str(sim%world%size)//' rank(s)')
     end if
   end subroutine write_summary
 
@@ -182,13 +182,13 @@ contains
   end function span
 
   !> Start the clock of the run or of its resumed part.
-  subroutine start_samples(self, interval, is_asked)
+  subroutine start_samples(self, interval, is_given)
     class(time_left_t), intent(out) :: self
     real(rp), intent(in) :: interval          !! interval of lines in a log file [s]
-    logical, intent(in) :: is_asked
+    logical, intent(in) :: is_given
 
     self%interval = interval
-    self%is_asked = is_asked
+    self%is_given = is_given
     self%began = wall_time()
     self%last_shown = self%began
     call self%add_sample(0.0_rp, 0.0_rp)
@@ -242,7 +242,7 @@ contains
     if (.not. is_due) return
     width = window_width()
     if (width > 0) return
-    if (.not. self%is_asked) gap = max(gap, 0.05_rp*at)
+    if (.not. self%is_given) gap = max(gap, 0.05_rp*at)
     is_due = now - self%last_shown >= gap
   end function is_due
 

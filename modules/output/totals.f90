@@ -34,11 +34,11 @@ module output_totals
     type(energies_t) :: now
     real(rp) :: budget(n_sums) = 0.0_rp       !! accumulated sums, indices of simulation_run [J]
     real(rp), allocatable :: tool(:, :)      !! accumulated sums (n_tool_sums, tools)
-    real(rp), allocatable :: face(:)         !! maximum temperature of each tool face [K]
+    real(rp), allocatable :: max_face_temperature(:)  !! maximum temperature of each tool face [K]
     real(rp), allocatable :: impulse(:, :)   !! impulse of walls and clamps (3, n) [N s]
     real(rp), allocatable :: hooks(:)        !! sums of the hooks
     real(rp) :: work = 0.0_rp                !! work of all tools [J]
-    real(rp) :: friction = 0.0_rp            !! friction heat [J]
+    real(rp) :: friction_heat = 0.0_rp       !! friction heat [J]
     real(rp) :: to_bodies = 0.0_rp           !! part of the friction heat that enters the bodies [J]
     real(rp) :: contact = 0.0_rp             !! energy lost in contact, normal to the surfaces [J]
     real(rp) :: loss = 0.0_rp                !! energy lost between particles and grid [J]
@@ -99,7 +99,8 @@ contains
   type(totals_t) function zero_totals(sim) result(totals)
     type(simulation_t), intent(in) :: sim
 
-    allocate (totals%tool(n_tool_sums, size(sim%tool)), totals%face(size(sim%tool)), &
+    allocate (totals%tool(n_tool_sums, size(sim%tool)), &
+              totals%max_face_temperature(size(sim%tool)), &
               totals%impulse(3, size(sim%scene%condition)), &
               totals%hooks(size(sim%budget%hooks)), source=0.0_rp)
   end function zero_totals
@@ -126,7 +127,7 @@ contains
       now = energies_t(all(n_sums + 1), all(n_sums + 2), all(n_sums + 3), &
                        maxima(1), maxima(2), maxima(3))
     end associate
-    totals%face = maxima(5:)
+    totals%max_face_temperature = maxima(5:)
     last = n_sums + 3 + size(totals%tool)
     totals%tool = reshape(all(n_sums + 4:last), shape(totals%tool))
     totals%impulse = reshape(all(last + 1:), shape(totals%impulse))
@@ -143,13 +144,14 @@ contains
 
     associate (t => totals, now => totals%now, budget => totals%budget, tool => totals%tool)
       t%work = sum(tool(s_work, :))
-      t%friction = sum(tool(s_friction, :)) + budget(e_friction)
+      t%friction_heat = sum(tool(s_friction, :)) + budget(e_friction)
       t%contact = sum(tool(s_normal_loss, :)) + budget(e_contact)
-      tool(s_heat, :) = t%friction + budget(e_plastic)
+      tool(s_heat, :) = t%friction_heat + budget(e_plastic)
       supplied = t%work + budget(e_body) + budget(e_wall) + budget(e_scaling)
-      t%loss = supplied - t%friction - t%contact - (now%kinetic - sim%history%kinetic0) &
+      t%loss = supplied - t%friction_heat - t%contact - (now%kinetic - sim%history%kinetic0) &
         - budget(d_kinetic) - budget(e_stress) - budget(e_sleep)
-      absorbed = t%friction + t%contact + budget(e_plastic) + now%elastic - sim%history%elastic0 &
+      absorbed = t%friction_heat + t%contact + budget(e_plastic) + now%elastic &
+                 - sim%history%elastic0 &
         + now%kinetic - sim%history%kinetic0 + t%loss + budget(e_sleep) + budget(d_kinetic) &
         + budget(d_elastic)
       ! a floor, so that quotients by it are finite
@@ -160,7 +162,7 @@ contains
       t%audit_error = 100.0_rp*(supplied - absorbed)/sim%history%audit_scale
       t%to_bodies = sum(tool(s_to_plate, :))
       if (sim%scene%method%conducts) t%to_bodies = t%to_bodies + budget(e_friction)
-      internal = now%elastic + budget(e_plastic) + t%friction
+      internal = now%elastic + budget(e_plastic) + t%friction_heat
       t%over_internal = 0.0_rp
       if (.not. internal <= 0.0_rp) t%over_internal = 100.0_rp*now%kinetic/internal
       exchanged = max(t%to_bodies + budget(e_plastic) + abs(budget(e_film)) &

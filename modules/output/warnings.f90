@@ -2,12 +2,12 @@
 !> Warnings during a run, each kind once.
 module output_warnings
   use base_kinds, only: i8, nlane, rp
-  use base_log, only: say
+  use base_log, only: log_line
   use base_text, only: str
   use base_world, only: world_t
   use io_histories, only: row_t
   use output_guards, only: guards_t, melting_t
-  use output_microstructure, only: warning_message
+  use output_microstructure, only: make_warning_message
   use particles_store, only: f_bbar, f_jac, f_pos
   use simulation_parts, only: simulation_t
   implicit none (type, external)
@@ -19,7 +19,7 @@ module output_warnings
   type :: warnings_t
     type(melting_t) :: melting
     type(guards_t), private :: guards
-    integer(i8), private :: reported_rejected = 0    !! rejected steps reported so far
+    integer(i8), private :: reported_refused = 0     !! refused steps reported so far
     real(rp), private :: inertial_ratio = 0.0_rp     !! largest inertial stress over flow stress
     logical, private :: has_inertia = .false., has_returns = .false., has_fracture = .false., &
                         has_sleep = .false., has_debris = .false.
@@ -45,11 +45,11 @@ contains
     real(rp) :: inertia, sleep_loss, separation
 
     at = 't = '//str(sim%clock%time)//' s '
-    if (sim%clock%refused > self%reported_rejected) then
-      self%reported_rejected = sim%clock%refused
-      if (sim%world%is_root()) call say('note: until '//at//str(sim%clock%refused)// &
+    if (sim%clock%refused > self%reported_refused) then
+      self%reported_refused = sim%clock%refused
+      if (sim%world%is_root()) call log_line('note: until '//at//str(sim%clock%refused)// &
         ' step(s) would have moved a node by more than half a cell and were made shorter; '// &
-                                        'the last one is '//str(sim%clock%dt)//' s')
+                                             'the last one is '//str(sim%clock%dt)//' s')
     end if
     call warn_validity(self, sim)
     call self%melting%check_particles(sim)
@@ -93,7 +93,7 @@ contains
 
     if (is_given .or. .not. is_true) return
     is_given = .true.
-    if (world%is_root()) call say('warning: at '//message)
+    if (world%is_root()) call log_line('warning: at '//message)
   end subroutine warn_once
 
   !> Warn once for each limit of validity of a flow law that particles exceed, with a position.
@@ -108,9 +108,9 @@ contains
     end if
     do k = 1, size(sim%scene%warning)
       if (self%has_validity(k)) cycle
-      call warning_message(sim, k, message)
+      call make_warning_message(sim, k, message)
       self%has_validity(k) = message /= ''
-      if (sim%world%is_root() .and. message /= '') call say(message)
+      if (sim%world%is_root() .and. message /= '') call log_line(message)
     end do
   end subroutine warn_validity
 
@@ -173,14 +173,15 @@ contains
 
     if (.not. (sim%scene%method%adapts_mass .or. sim%clock%mass_scaling > 1.0_rp)) return
     if (self%inertial_ratio <= 0.0_rp) then
-      call say('no metal with strength was seen to flow: nothing to judge the mass scaling by')
+      call log_line('no metal with strength was seen to flow: nothing to judge the mass scaling by')
     else if (sim%scene%method%adapts_mass) then
-      call say('inertial stress up to '//str(100.0_rp*self%inertial_ratio)// &
-               ' % of the flow stress, mass scaling '//str(sim%clock%mass_scaling)//' in the end')
+      call log_line('inertial stress up to '//str(100.0_rp*self%inertial_ratio)// &
+                    ' % of the flow stress, mass scaling '//str(sim%clock%mass_scaling)// &
+                    ' in the end')
     else
-      call say('inertial stress up to '//str(100.0_rp*self%inertial_ratio)// &
-               ' % of the flow stress: MASS_SCALING = '//str(allowed_scaling(self, sim))// &
-               ' would make that '//str(100.0_rp*sim%scene%method%inertial_fraction)//' %')
+      call log_line('inertial stress up to '//str(100.0_rp*self%inertial_ratio)// &
+                    ' % of the flow stress: MASS_SCALING = '//str(allowed_scaling(self, sim))// &
+                    ' would make that '//str(100.0_rp*sim%scene%method%inertial_fraction)//' %')
     end if
   end subroutine log_inertial_stress
 

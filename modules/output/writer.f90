@@ -9,8 +9,8 @@ module output_writer
   use io_histories, only: compact, lines_t, row_t, table_t
   use output_checkpoint, only: save_checkpoint
   use output_diagnostics, only: is_finite
-  use output_error_norms, only: error_headings, error_row, has_fields
-  use output_history, only: faces_json, history_headings, history_row, log_faces
+  use output_error_norms, only: error_headings, has_fields, make_error_row
+  use output_history, only: faces_json, history_headings, log_faces, make_history_row
   use output_microstructure, only: frame_outputs, pack_outputs
   use output_progress, only: progress_t
   use output_warnings, only: warnings_t
@@ -33,7 +33,7 @@ module output_writer
   contains
     procedure :: init, write_due
     procedure, nopass :: row_or_frame_is_due
-    procedure :: add_frame, row
+    procedure :: add_frame, write_row
     procedure, private :: write_tracer_rows
     procedure :: write_summary, sync, close => close_files
   end type writer_t
@@ -121,7 +121,7 @@ contains
     now = sim%clock%time*(1.0_rp + 1.0e-12_rp)
     associate (output => sim%scene%output)
       if (now >= sim%clock%next_history) then
-        call self%row(sim)
+        call self%write_row(sim)
         sim%clock%next_history = next_time(output%history_interval, sim%clock%time)
       end if
       call self%write_tracer_rows(sim, .false.)
@@ -144,7 +144,7 @@ contains
       end if
     end associate
     if (.not. last) return
-    call self%row(sim)
+    call self%write_row(sim)
     call self%write_tracer_rows(sim, .true.)
     call self%add_frame(sim, error)
   end subroutine write_due
@@ -161,8 +161,8 @@ contains
     associate (is_due => (last .or. sim%clock%time*(1.0_rp + 1.0e-12_rp) >= sim%tracers%next) &
                .and. sim%tracers%row_time < sim%clock%time)
       if (.not. any(is_due)) return
-      call tracer_rows(sim, is_due, text, n)
-      call self%tracers%lines(text)
+      call make_tracer_rows(sim, is_due, text, n)
+      call self%tracers%write_lines(text)
       sim%tracers%rows = sim%tracers%rows + n
       where (is_due)
         sim%tracers%row_time = sim%clock%time
@@ -231,28 +231,28 @@ contains
   end subroutine list_frames
 
   !> Collective. Write a row of the history, the probes and the errors; check for warnings.
-  subroutine row(self, sim)
+  subroutine write_row(self, sim)
     class(writer_t), intent(inout) :: self
     type(simulation_t), intent(inout) :: sim
     type(row_t) :: columns
 
     if (sim%history%row_time >= sim%clock%time .and. sim%history%rows > 0) return  ! written already
-    call history_row(sim, columns)
+    call make_history_row(sim, columns)
     call self%warnings%check(sim, columns)
-    call self%history%row(columns%values())
+    call self%history%write_row(columns%values())
     if (sim%probes%n > 0) then
       call share_probes(sim%world, sim%probes)
       columns = probe_row(sim)
-      call self%probes%row(columns%values())
+      call self%probes%write_row(columns%values())
     end if
     if (has_fields(sim%scene)) then
-      call error_row(sim, columns)
-      call self%errors%row(columns%values())
+      call make_error_row(sim, columns)
+      call self%errors%write_row(columns%values())
     end if
     sim%history%rows = sim%history%rows + 1
     sim%step%lost_row = self%history%is_lost() .or. self%probes%is_lost() &
       .or. self%errors%is_lost() .or. self%tracers%is_lost()
-  end subroutine row
+  end subroutine write_row
 
   !> Collective. Write NAME_summary.json; log speed, mass scaling and the tool faces.
   subroutine write_summary(self, sim, error)
@@ -289,7 +289,7 @@ contains
 
   !> Collective. Text of the rows of the groups that are due, and their number; a tracer whose
   !> particle has left the grid has no row. `id` is that of the particle in the frames.
-  subroutine tracer_rows(sim, is_due, text, n)
+  subroutine make_tracer_rows(sim, is_due, text, n)
     type(simulation_t), intent(in) :: sim
     logical, intent(in) :: is_due(:)              !! groups to write
     character(:), allocatable, intent(out) :: text
@@ -321,7 +321,7 @@ contains
       n = n + 1
     end do
     text = lines%text(:lines%used)
-  end subroutine tracer_rows
+  end subroutine make_tracer_rows
 
   !> Collective. Write frame `k` (from 0) of the tools, if any has a surface.
   subroutine put_tools(sim, k, error)

@@ -58,8 +58,8 @@ contains
     nclass = nbody
     if (n > 0) nclass = max(nbody, maxval(class))
     allocate (per_class(nclass))
-    call counting_order(n, slot, node, class, nclass, &
-                        [(merge(1, nn, (c - 1)/nbody >= keep), c=1, nclass)], from, per_class)
+    call sort_by_counting(n, slot, node, class, nclass, &
+                          [(merge(1, nn, (c - 1)/nbody >= keep), c=1, nclass)], from, per_class)
     call particles%reserve(sum((per_class + nlane - 1)/nlane))
     k = 0
     blocks = 0
@@ -84,7 +84,7 @@ contains
 
   !> Counting sort: `from` lists the slots by class, then node (if the class has several `keys`),
   !> then old slot; `per_class` counts them.
-  pure subroutine counting_order(n, slot, node, class, nclass, keys, from, per_class)
+  pure subroutine sort_by_counting(n, slot, node, class, nclass, keys, from, per_class)
     integer, intent(in) :: n, nclass, keys(nclass), slot(n), node(n), class(n)
     integer, intent(out) :: from(n), per_class(nclass)
     integer, allocatable :: key(:), start(:)
@@ -109,7 +109,7 @@ contains
       from(start(key(i))) = slot(i)
       start(key(i)) = start(key(i)) + 1
     end do
-  end subroutine counting_order
+  end subroutine sort_by_counting
 
   !> Assign slots from block `blocks+1` on to the `n` particles of a class, of body `b`.
   subroutine place_class(particles, b, n, blocks, to)

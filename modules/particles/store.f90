@@ -3,7 +3,7 @@
 !> All particles of a block belong to one body; unused lanes of a block are neutral (no mass).
 module particles_store
   use base_kinds, only: i8, nlane, rp
-  use base_system, only: allocate_aligned, free_aligned, need_soon, resize_aligned
+  use base_system, only: allocate_aligned, free_aligned, register_prefetch, resize_aligned
   implicit none (type, external)
   private
 
@@ -235,7 +235,8 @@ contains
 
     gap = 0
     if (present(from) .and. present(to)) gap = [from, to]
-    if (b <= self%nblk) call need_soon(self%ps(:, :, b), 8*nlane*n, 8*nlane*gap(1), 8*nlane*gap(2))
+    if (b <= self%nblk) call register_prefetch(self%ps(:, :, b), 8*nlane*n, 8*nlane*gap(1), &
+                                               8*nlane*gap(2))
   end subroutine fetch
 
   !> Velocities of block `b` [m/s]: grid velocities where known, otherwise the particles' own.

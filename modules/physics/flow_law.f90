@@ -157,7 +157,7 @@ contains
   !> leaves them unchanged.
   subroutine advance(self, work, x, log_rate, state)
     class(flow_law_t), intent(in) :: self
-    real(rp), intent(in) :: work(nlane, n_work)       !! from `prepare` before the increment
+    real(rp), intent(in) :: work(nlane, n_work)       !! set by `prepare` before the increment
     real(rp), intent(in) :: x(nlane), log_rate(nlane)
     real(rp), intent(inout) :: state(nlane, self%n_state)
   end subroutine advance

@@ -27,7 +27,7 @@ module physics_material
     real(rp) :: k = 0.0_rp                      !! bulk modulus [Pa]
     real(rp) :: g = 0.0_rp                      !! shear modulus [Pa]
     real(rp) :: g_true = 0.0_rp                 !! shear modulus without elastic scaling [Pa]
-    logical :: is_coupled = .false.             !! its energy couples volume and shape
+    logical :: is_coupled = .false.             !! the elastic energy couples volume and shape
     real(rp) :: expansion = 0.0_rp              !! linear thermal expansion [1/K]
     real(rp) :: t_ref = 298.0_rp                !! temperature without thermal strain [K]
     real(rp) :: c_p = 400.0_rp                  !! specific heat if there is no table [J/(kg K)]
@@ -39,7 +39,7 @@ module physics_material
                                                 !! enthalpy
     type(heat_table_t), allocatable :: k_table  !! conductivity [W/(m K)]
     real(rp) :: plastic_heat = 0.9_rp           !! fraction of plastic work that becomes heat
-    class(flow_law_t), allocatable :: flow      !! unallocated: elastic only
+    class(flow_law_t), allocatable :: flow      !! flow law; unallocated: elastic only
     integer :: warning(max_warnings) = 0        !! indices of the warnings of the flow law in the
                                                 !! scene
   contains

@@ -9,7 +9,7 @@ module physics_stress
   implicit none (type, external)
   private
 
-  public :: stress_block, elastic_stress, stress_sums_t, flow_strength
+  public :: advance_stress, compute_elastic_stress, stress_sums_t, compute_flow_strength
 
   !> Results of the update, summed or maximised over blocks.
   type :: stress_sums_t
@@ -26,14 +26,14 @@ contains
 
   !> Advance the state of a block by `dt` with velocity gradient `l` [1/s]; the law reads the nodal
   !> temperature `t_node` interpolated to the particles [K].
-  subroutine stress_block(material, n, dt, l, t_node, mass, b, j, alpha, temp, tau, rate, flow, &
-                          n_state, state, sums, factor)
+  subroutine advance_stress(material, n, dt, l, t_node, mass, b, j, alpha, temp, tau, rate, flow, &
+                            n_state, state, sums, factor)
     type(material_t), intent(in) :: material
     integer, intent(in) :: n
     real(rp), intent(in) :: dt, l(nlane, 9), t_node(nlane), mass(nlane)
     real(rp), intent(inout) :: b(nlane, 6), j(nlane), alpha(nlane), temp(nlane)
     real(rp), intent(inout) :: tau(nlane, 6), rate(nlane), flow(nlane)
-    integer, intent(in) :: n_state                     !! at least that of the law
+    integer, intent(in) :: n_state                     !! at least n_state of the law
     real(rp), intent(inout) :: state(nlane, n_state)   !! internal variables of the law
     type(stress_sums_t), intent(inout) :: sums
     real(rp), intent(in), optional :: factor(nlane)    !! factors on the squared wave speeds
@@ -62,10 +62,10 @@ contains
     if (present(factor)) stiffness = factor*stiffness
     sums%stress_work = sums%stress_work + 0.5_rp*dt/material%rho*stress_power(n, mass, tau, l)
     sums%stiffness = max(sums%stiffness, largest(n, stiffness)/material%rho)
-  end subroutine stress_block
+  end subroutine advance_stress
 
   !> Kirchhoff stress of elastic states, and the largest squared wave speed of the first `n`.
-  subroutine elastic_stress(material, n, temp, b, j, tau, wave2)
+  subroutine compute_elastic_stress(material, n, temp, b, j, tau, wave2)
     type(material_t), intent(in) :: material
     integer, intent(in) :: n
     real(rp), intent(in) :: temp(nlane)                   !! temperatures [K]
@@ -78,7 +78,7 @@ contains
     call trial_state(0.0_rp, material%g, l, b, j, tau, q, mean)
     call total_stress(material, temp, b, j, mean, tau, stiffness)
     wave2 = largest(n, stiffness)/material%rho
-  end subroutine elastic_stress
+  end subroutine compute_elastic_stress
 
   !> Largest of the first `n` values; NaN counts as huge.
   pure real(rp) function largest(n, x)
@@ -128,7 +128,7 @@ contains
 
   !> Flow stress of a block at given plastic strain rates [Pa], and its derivative by the logarithm
   !> of the rate; 0 for an elastic material.
-  subroutine flow_strength(material, alpha, temp, rate, n_state, state, strength, slope)
+  subroutine compute_flow_strength(material, alpha, temp, rate, n_state, state, strength, slope)
     type(material_t), intent(in) :: material
     real(rp), intent(in) :: alpha(nlane), temp(nlane), rate(nlane)   !! plastic strain [-],
                                                                      !! temperature [K], plastic
@@ -145,7 +145,7 @@ contains
     log_rate = log(max(rate, material%flow%min_rate))
     call material%flow%prepare(temp, state, work)
     call material%flow%stress(work, alpha, x, log_rate, strength, slope)
-  end subroutine flow_strength
+  end subroutine compute_flow_strength
 
   !> Scale the deviator, restore det(Bbar) = 1, add plastic strain and heat.
   subroutine apply_return(n, g, heat, volume, dt, q, g3, x, flow, mass, mean, b, alpha, temp, s, &

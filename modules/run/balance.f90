@@ -12,7 +12,7 @@ module run_balance
   implicit none (type, external)
   private
 
-  public :: find_reach, first_partition, note_balance, reach_of, rebalance, store_nodes
+  public :: find_reach, make_first_partition, predict_imbalance, reach_of, rebalance, store_nodes
 
   ! Measured costs (docs/speed.md, Ranks), in units of an awake elastic particle far from tools
   ! (0.06 us). In the stirring plate of benchmarks/speed work at nodes takes 16.2 % of a step of
@@ -29,7 +29,7 @@ module run_balance
 contains
 
   !> Partition the grid for the first time, by the initial particle positions.
-  subroutine first_partition(sim)
+  subroutine make_first_partition(sim)
     type(simulation_t), intent(inout) :: sim
 
     if (.not. allocated(sim%exchange%boxes)) allocate (sim%exchange%boxes(0:sim%world%size - 1), &
@@ -37,7 +37,7 @@ contains
     call wrap_positions(sim%scene%grid, sim%particles)
     call find_reach(sim)
     call partition(sim)
-  end subroutine first_partition
+  end subroutine make_first_partition
 
   !> Collective. Find the box of nodes that particles of any rank can reach before the next sort.
   subroutine find_reach(sim)
@@ -79,25 +79,25 @@ contains
     integer :: cuts
 
     if (sim%world%size == 1) return
-    call note_balance(sim, n_moving)
+    call predict_imbalance(sim, n_moving)
     if (sim%exchange%balance%now <= sim%scene%method%rebalance) return
     cuts = sim%exchange%balance%cuts
     call partition(sim)
     if (sim%exchange%balance%cuts == cuts) return     ! the boxes have not changed
     n_moving = sim%particles%nblk
-    call note_balance(sim, n_moving)
+    call predict_imbalance(sim, n_moving)
   end subroutine rebalance
 
   !> Collective. Predict the imbalance of the coming steps, after every particle of the first
   !> `n_moving` blocks has gone to its owner.
-  subroutine note_balance(sim, n_moving)
+  subroutine predict_imbalance(sim, n_moving)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: n_moving
     real(rp) :: load(0:sim%world%size - 1)
 
     call sum_costs(sim, n_moving, load)
     sim%exchange%balance%now = imbalance(load)
-  end subroutine note_balance
+  end subroutine predict_imbalance
 
   !> Sum the cost of a step on every rank, in units of an awake elastic particle, after migration.
   subroutine sum_costs(sim, n_moving, load)

@@ -205,7 +205,7 @@ contains
       end if
     end if
     sim%clock%displacement = sim%clock%displacement + dt*sim%clock%max_speed
-    if (dt < sim%step%asked_dt) sim%clock%refused = sim%clock%refused + 1
+    if (dt < sim%step%attempted_dt) sim%clock%refused = sim%clock%refused + 1
     if (sim%step%signal > 0 .and. status == ended_well) then
       status = ended_by_signal
       message = 'signal '//str(sim%step%signal)//' stopped the run at step '// &

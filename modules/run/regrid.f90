@@ -9,7 +9,7 @@ module run_regrid
   use particles_migrate, only: redistribute, wrap_positions
   use particles_sort, only: keep_none
   use particles_store, only: awake, f_pos, held
-  use run_balance, only: note_balance, reach_of, rebalance, store_nodes
+  use run_balance, only: predict_imbalance, reach_of, rebalance, store_nodes
   use run_mass_scaling, only: adapt_mass
   use run_order, only: list_to_grid_order, mark_border
   use simulation_nodes, only: append, clear_nodes
@@ -21,7 +21,7 @@ module run_regrid
   implicit none (type, external)
   private
 
-  public :: may_leave_cell, regrid, relist, sort_particles
+  public :: may_leave_cell, regrid, update_lists, sort_particles
 
 contains
 
@@ -66,7 +66,7 @@ contains
                       size(sim%scene%body), n_moving, keep, sleepers_changed, sim%particles, &
                       sleepers_stay)
     if (is_new .or. sim%exchange%balance%cuts > cuts) call sim%particles%fit()
-    call relist(sim, .true., sleepers_stay)
+    call update_lists(sim, .true., sleepers_stay)
   end subroutine sort_particles
 
   !> True if a particle may be more than a cell from its position at the last sort after two more
@@ -119,7 +119,7 @@ contains
 
   !> List everything that depends on the particle positions: shared nodes, nodes in use, wall nodes,
   !> block bounds, tool clearances.
-  subroutine relist(sim, is_sorted_anew, sleepers_stay)
+  subroutine update_lists(sim, is_sorted_anew, sleepers_stay)
     type(simulation_t), intent(inout) :: sim
     logical, intent(in) :: is_sorted_anew    !! false in a resumed run
     logical, intent(in) :: sleepers_stay     !! the sleepers and their blocks are unchanged
@@ -150,7 +150,7 @@ contains
     if (sim%nodes%n_groups > 1 .or. size(sim%hook) > 0) call enclose_blocks(sim)
     call measure_clearances(sim, is_sorted_anew)
     call list_to_particles_order(sim, is_sorted_anew)
-    if (.not. is_sorted_anew) call note_balance(sim, 0)
+    if (.not. is_sorted_anew) call predict_imbalance(sim, 0)
     if (has_sleep) then  ! steps use the nodes of awake particles and of the held layer only
       call clear_nodes(sim%nodes, sim%nodes%g)
       if (allocated(sim%nodes%resting_range)) deallocate (sim%nodes%resting_range)
@@ -161,7 +161,7 @@ contains
       call narrow_mirrors(sim)
     end if
     call assign_probes(sim%scene%grid, sim%nodes%patch, sim%probes)
-  end subroutine relist
+  end subroutine update_lists
 
   !> Store the nodes and the extent of the sleepers.
   subroutine store_sleeper_extent(sim)

@@ -8,16 +8,16 @@ module run_restart
   use base_world, only: world_t
   use grid_geometry, only: box_t, grid_t, halo, nearest_node
   use io_checkpoint, only: read_checkpoint
-  use io_plausible, only: is_between, least, most, numbers_t, speed_of_light
+  use io_plausible, only: is_between, max_magnitude, min_positive, numbers_t, speed_of_light
   use output_checkpoint, only: pass_numbers, pass_sums
   use output_diagnostics, only: field_name
   use particles_migrate, only: find_outside
   use particles_store, only: asleep, awake, f_bbar, f_flow, f_jac, f_mass, f_plastic, f_pos, &
                              f_rate, f_temp, f_vel, particles_t, set_rest, tag_id, tag_rest, &
                              tracer_bit
-  use run_balance, only: find_reach, first_partition, store_nodes
+  use run_balance, only: find_reach, make_first_partition, store_nodes
   use run_debris, only: remove_debris
-  use run_regrid, only: relist, sort_particles
+  use run_regrid, only: sort_particles, update_lists
   use simulation_parts, only: simulation_t
   use simulation_run, only: motion_t, outcome_t
   use sleep_motion, only: start_tracking
@@ -26,7 +26,7 @@ module run_restart
 
   public :: resume
 
-  real(rp), parameter :: strained = 1.0e6_rp   !! bound of volume ratios and their inverse
+  real(rp), parameter :: max_volume_ratio = 1.0e6_rp  !! bound of volume ratios and their inverse
 
 contains
 
@@ -88,9 +88,9 @@ contains
       call move_alloc(boxes, sim%exchange%boxes)
       call find_reach(sim)
       call store_nodes(sim)
-      call relist(sim, .false., .false.)
+      call update_lists(sim, .false., .false.)
     else
-      call first_partition(sim)
+      call make_first_partition(sim)
       call sort_particles(sim, .true.)
     end if
   end subroutine resume
@@ -203,21 +203,21 @@ contains
     type(simulation_t), intent(in) :: sim
     real(rp), intent(out) :: low(:), high(:)
 
-    low = -most
-    high = most
+    low = -max_magnitude
+    high = max_magnitude
     associate (grid => sim%scene%grid)
       low(f_pos:f_pos + 2) = grid%lower - halo*grid%h
       high(f_pos:f_pos + 2) = grid%upper() + halo*grid%h
     end associate
-    low([f_mass, f_temp]) = least
+    low([f_mass, f_temp]) = min_positive
     low([f_plastic, f_rate, f_flow]) = 0.0_rp
-    low(f_jac) = 1.0_rp/strained
-    high(f_jac) = strained
+    low(f_jac) = 1.0_rp/max_volume_ratio
+    high(f_jac) = max_volume_ratio
     low(f_vel:f_vel + 2) = -speed_of_light
     high(f_vel:f_vel + 2) = speed_of_light
-    low(f_bbar:f_bbar + 5) = -strained
-    low(f_bbar:f_bbar + 2) = 1.0_rp/strained
-    high(f_bbar:f_bbar + 5) = strained
+    low(f_bbar:f_bbar + 5) = -max_volume_ratio
+    low(f_bbar:f_bbar + 2) = 1.0_rp/max_volume_ratio
+    high(f_bbar:f_bbar + 5) = max_volume_ratio
   end subroutine ranges
 
 end module run_restart

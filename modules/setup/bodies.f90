@@ -7,7 +7,8 @@ module setup_bodies
   use input_tables, only: check_rising
   use input_values, only: input_t
   use setup_filling, only: check_stretch
-  use setup_solids, only: body_solids, bounds, read_solid, solid_cylinder, solid_sphere, solid_t
+  use setup_solids, only: bounds, read_body_solids, read_solid, solid_cylinder, solid_sphere, &
+                          solid_t
   use simulation_scene, only: film_t, of_nothing, of_pressure, scene_t
   implicit none (type, external)
   private
@@ -55,7 +56,7 @@ contains
     character(8), parameter :: groups(3) = ['LOAD    ', 'SURFACE ', 'TRACTION']
     integer :: g, i
 
-    call body_solids(input, body, solids)
+    call read_body_solids(input, body, solids)
     if (size(solids) > 0) then
       if (all(solids(1)%kind /= [solid_cylinder, solid_sphere])) then
         call input%report('BODY', body, 'LATTICE', 'round: the first &SHAPE of the body must '// &

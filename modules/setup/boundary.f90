@@ -8,7 +8,7 @@ module setup_boundary
   use grid_geometry, only: grid_t
   use input_key_table, only: find
   use input_values, only: input_t
-  use setup_solids, only: all_solids, extent_of, solids_t
+  use setup_solids, only: extent_of, read_all_solids, solids_t
   use simulation_clamp, only: clamp_t
   use simulation_conditions, only: append_clamp, clamp_groups, make_clamp, symmetry_t
   use simulation_scene, only: scene_t, traction_t
@@ -119,7 +119,7 @@ contains
     if (is_symmetric(input, scene%grid, wall)) then
       symmetry = symmetry_t(place=i, axis=wall%axis, row=row_of(scene%grid, wall), &
                             faces_up=wall%faces_up, odd=wall%held)
-      if (.not. all(wall%held)) symmetry%friction = input%real('WALL', i, 'FRICTION')
+      if (.not. all(wall%held)) symmetry%friction_coefficient = input%real('WALL', i, 'FRICTION')
       if (has_temperature) symmetry%temperature = input%real('WALL', i, 'TEMPERATURE')
       scene%symmetry = [scene%symmetry, symmetry]
     else
@@ -183,7 +183,7 @@ contains
     integer :: b
 
     has_nothing_behind = .true.
-    call all_solids(input, list)
+    call read_all_solids(input, list)
     do b = 1, size(list)
       call extent_of(list(b)%solid, low, high)
       if (wall%faces_up) then

@@ -3,12 +3,12 @@
 !> prints.
 module setup_check_process
   use base_kinds, only: pi, rp
-  use base_log, only: say
+  use base_log, only: log_line
   use base_text, only: str
   use input_values, only: input_t
   use setup_boundary, only: wall_of, wall_t
   use setup_process, only: survey_tool, tool_survey_t, undefined
-  use setup_solids, only: all_solids, solids_t
+  use setup_solids, only: read_all_solids, solids_t
   use simulation_scene, only: scene_t
   use tools_shape, only: length_text
   use tools_tool, only: tool_t
@@ -31,7 +31,7 @@ contains
     integer :: k, n
 
     call check_phases(input, tool)
-    call all_solids(input, solids)
+    call read_all_solids(input, solids)
     do k = 1, size(tool)
       call survey_tool(input, scene, solids, k, tool(k), survey)
       if (k <= input%count('TOOL')) then
@@ -237,37 +237,41 @@ contains
     integer :: i, k
 
     if (size(tool) == 0) return
-    call all_solids(input, solids)
+    call read_all_solids(input, solids)
     do k = 1, size(tool)
       call survey_tool(input, scene, solids, k, tool(k), survey)
       associate (lower => survey%plate(:, 1), upper => survey%plate(:, 2))
-        if (k == 1) call say('plate        '//str(mm*(upper(1) - lower(1)))//' x '// &
+        if (k == 1) call log_line('plate        '//str(mm*(upper(1) - lower(1)))//' x '// &
           str(mm*(upper(2) - lower(2)))//' x '//str(mm*(upper(3) - lower(3)))// &
           ' mm, top at z = '//str(mm*upper(3))//' mm')
       end associate
       text = ', never touches where bodies are now'
       if (any(survey%phase%name == 'press')) text = ', comes down by its FORCE'
       if (survey%touch < undefined) text = ', touches at t = '//str(survey%touch)//' s'
-      call say('tool         '//trim(tool(k)%name)//text)
-      call say('phase            from[s]       to[s]     way[mm]'// &
-               ' speed[mm/s]   spin[rpm]   depth[mm]  bottom[mm]    edge[mm]    side[mm]')
+      call log_line('tool         '//trim(tool(k)%name)//text)
+      call log_line('phase            from[s]       to[s]     way[mm]'// &
+                    ' speed[mm/s]   spin[rpm]   depth[mm]  bottom[mm]    edge[mm]    side[mm]')
       do i = 1, size(survey%phase)
         associate (p => survey%phase(i))
           write (row, '(a12,9a12)') '  '//p%name, cell(p%from), cell(p%to), &
             cell(mm*p%path_length), cell(mm*p%speed), &
             cell(p%spin*30.0_rp/pi), cell_mm(p%depth), cell_mm(p%bottom), cell_mm(p%edge), &
             cell_mm(p%side)
-          call say(row)
+          call log_line(row)
         end associate
       end do
-      if (any(tool(k)%motion%phase%ends_early())) call say('             phases that end at a '// &
-        'load or temperature (UNTIL_...) are shown, and the run is estimated, as if they took '// &
-        'their DURATION')
-      if (any(survey%phase%name == 'press')) call say('             while the tool sinks by 1 '// &
-        'mm/s, its DAMPING carries '//str(tool(k)%drive%damping &
-        *sqrt(scene%method%mass_scaling)/mm)//' N of the FORCE')
+      if (any(tool(k)%motion%phase%ends_early())) then
+        call log_line('             phases that end at a load or temperature (UNTIL_...) are '// &
+                      'shown, and the run is estimated, as if they took their DURATION')
+      end if
+      if (any(survey%phase%name == 'press')) then
+        call log_line('             while the tool sinks by 1 mm/s, its DAMPING carries '// &
+                      str(tool(k)%drive%damping*sqrt(scene%method%mass_scaling)/mm)// &
+                      ' N of the FORCE')
+      end if
     end do
-    call say('             depth: lowest point of the tool below the top of the plate; bottom: '// &
+    call log_line('             depth: lowest point of the tool below the top of the plate; '// &
+                  'bottom: '// &
       'metal left below it; edge: its rim to the edge of the plate; side: to a wall or the '// &
       'side of the grid; press: by a force, as if it did not sink')
   end subroutine report_process

@@ -7,7 +7,7 @@ module setup_check_sense
   use input_values, only: input_t
   use physics_point, only: point_t
   use setup_boundary, only: wall_of, wall_t
-  use setup_solids, only: all_solids, extent_of, is_in_body, solids_t
+  use setup_solids, only: extent_of, is_in_body, read_all_solids, solids_t
   use setup_volumes, only: filled_share
   use simulation_scene, only: scene_t
   use tools_tool, only: tool_t
@@ -27,7 +27,7 @@ contains
     type(tool_t), intent(in) :: tool(:)
     type(solids_t), allocatable :: solids(:)
 
-    call all_solids(input, solids)
+    call read_all_solids(input, solids)
     call check_tables(input, scene)
     call find_duplicates(input)
     call compare_walls(input, scene)

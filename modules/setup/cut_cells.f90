@@ -11,7 +11,7 @@ module setup_cut_cells
   implicit none (type, external)
   private
 
-  public :: mesh_of, cut_cells
+  public :: make_mesh, cut_cells
 
   integer, parameter :: n_samples = 12         !! samples along each edge of a cut cell
   real(rp), parameter :: inside = 1.0e-6_rp    !! relative distance of samples from faces
@@ -19,7 +19,7 @@ module setup_cut_cells
 contains
 
   !> Mesh with cell edges of about `h` around all solids that add material.
-  subroutine mesh_of(world, h, list, mesh)
+  subroutine make_mesh(world, h, list, mesh)
     type(world_t), intent(in) :: world
     real(rp), intent(in) :: h(3)               !! cell edges [m]
     type(solids_t), intent(in) :: list(:)
@@ -30,7 +30,7 @@ contains
     call lay_lines(h(2), planes_of(list, 2), y)
     call lay_lines(h(3), planes_of(list, 3), z)
     call mesh%init(world, x, y, z)
-  end subroutine mesh_of
+  end subroutine make_mesh
 
   !> Positions of plane faces normal to `axis`, the ends first: of solids that add, then of those
   !> that cut.

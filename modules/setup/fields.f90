@@ -13,7 +13,7 @@ module setup_fields
   use physics_material, only: material_t
   use physics_noise, only: noise_t
   use setup_lattice, only: lattice_corner
-  use setup_solids, only: body_solids, solid_t
+  use setup_solids, only: read_body_solids, solid_t
   use simulation_scene, only: scene_t
   implicit none (type, external)
   private
@@ -254,7 +254,7 @@ contains
       noise%amplitude = input%real('FIELD', i, 'AMPLITUDE')
       noise%takes_part = axes_of(input, i)
       noise%seed = input%integer('FIELD', i, 'SEED')
-      call body_solids(input, body, solids)
+      call read_body_solids(input, body, solids)
       noise%corner = lattice_corner(scene, scene%body(body), solids)
       noise%spacing = scene%body(body)%spacing
       do b = 1, particles%nblk

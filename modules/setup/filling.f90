@@ -8,9 +8,9 @@ module setup_filling
   use input_values, only: input_t
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_tau, f_temp, f_vel, make_tag, &
                              particles_t
-  use physics_stress, only: elastic_stress
+  use physics_stress, only: compute_elastic_stress
   use setup_lattice, only: lattice_of, lattice_t
-  use setup_solids, only: body_solids, is_inside, solid_t
+  use setup_solids, only: is_inside, read_body_solids, solid_t
   use simulation_probes, only: probes_t
   use simulation_scene, only: body_t, load_t, scene_t, start_t
   implicit none (type, external)
@@ -50,7 +50,8 @@ contains
         b = spread(start%bbar, 1, nlane)
         j = start%jac
         temp = input%real('BODY', i, 'TEMPERATURE')
-        call elastic_stress(scene%material(scene%body(i)%material), 1, temp, b, j, tau, start%wave2)
+        call compute_elastic_stress(scene%material(scene%body(i)%material), 1, temp, b, j, tau, &
+                                    start%wave2)
         start%tau = tau(1, :)
       end associate
     end do
@@ -88,7 +89,7 @@ contains
     call particles%init(scene%layout%n)
     offset = 0
     do body = 1, size(scene%body)
-      call body_solids(input, body, solids)
+      call read_body_solids(input, body, solids)
       lattice = lattice_of(scene, scene%body(body), solids)
       first = int(int(lattice%n(1), i8)*world%rank/world%size)
       last = int(int(lattice%n(1), i8)*(world%rank + 1)/world%size) - 1
@@ -245,7 +246,7 @@ contains
     counts = 0
     shares = 0.0_rp
     do body = 1, size(scene%body)
-      call body_solids(input, body, solids)
+      call read_body_solids(input, body, solids)
       lattice = lattice_of(scene, scene%body(body), solids)
       do i = world%rank, lattice%n(1) - 1, world%size
         do j = 0, lattice%on_ring(i) - 1
@@ -295,7 +296,7 @@ contains
     integer :: b, i
 
     do b = input%count('BODY'), 1, -1
-      call body_solids(input, b, solids)
+      call read_body_solids(input, b, solids)
       do i = 1, probes%n
         if (.not. is_inside(solids, probes%x(:, i))) cycle
         probes%temperature(i) = input%real('BODY', b, 'TEMPERATURE')

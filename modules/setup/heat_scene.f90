@@ -13,9 +13,9 @@ module setup_heat_scene
   use heat_rates, only: heat_t
   use input_key_table, only: find
   use input_values, only: input_t
-  use setup_cut_cells, only: cut_cells, mesh_of
+  use setup_cut_cells, only: cut_cells, make_mesh
   use setup_heat_sources, only: check_tables, n_values, read_heat_sources
-  use setup_solids, only: all_solids, solids_t
+  use setup_solids, only: read_all_solids, solids_t
   use simulation_conditions, only: clamp_groups
   use simulation_scene, only: scene_t, stefan_boltzmann
   implicit none (type, external)
@@ -36,7 +36,7 @@ contains
       call check_coupled_heat(input, scene)
       return
     end if
-    if (scene%method%heat_every > 0) then
+    if (scene%method%heat_interval > 0) then
       call input%report('HEAT', 1, 'EVERY', 'has no effect with MECHANICS = F')
     end if
     allocate (unused, source=[character(16) :: 'TOOL', 'MOTION', 'WALL', 'LOAD', 'TRACTION', &
@@ -169,8 +169,8 @@ contains
     end associate
     associate (heat => run%heat)
       heat%property = make_property(scene%material(m)%rho, t_c, c, t_k, k)
-      call all_solids(input, solids)
-      call mesh_of(world, scene%grid%h, solids, heat%mesh)
+      call read_all_solids(input, solids)
+      call make_mesh(world, scene%grid%h, solids, heat%mesh)
       call cut_cells(solids, heat%mesh, cuts)
       heat%conductivity = [(input%real('MATERIAL', scene%body(b)%material, 'CONDUCTIVITY'), &
                             b=1, size(solids))]

@@ -6,7 +6,7 @@ module setup_method
   use base_text, only: str
   use input_values, only: input_t
   use physics_material, only: material_t
-  use physics_stress, only: flow_strength
+  use physics_stress, only: compute_flow_strength
   use simulation_scene, only: average_always, average_flowing, average_never, scene_t, scheme_usl, &
                               transfer_flip
   use tools_tool, only: tool_t
@@ -197,8 +197,8 @@ contains
     alpha = strain
     rate = 1.0_rp
     temp = temperature
-    call flow_strength(material, alpha, temp, rate, size(initial), spread(initial, 1, nlane), &
-                       strength, slope)
+    call compute_flow_strength(material, alpha, temp, rate, size(initial), &
+                               spread(initial, 1, nlane), strength, slope)
     flow_stress_of = strength(1)
   end function flow_stress_of
 

@@ -199,7 +199,7 @@ contains
       m%scheme = find(['usl  ', 'musl ', 'usavg'], input%text('METHOD', 1, 'SCHEME'))
       m%transfer = find(['flip', 'apic', 'xpic', 'fmpm'], input%text('METHOD', 1, 'TRANSFER'))
       m%order = input%integer('METHOD', 1, 'ORDER')
-      m%every = input%integer('METHOD', 1, 'EVERY')
+      m%filter_interval = input%integer('METHOD', 1, 'EVERY')
       m%pic = input%real('METHOD', 1, 'PIC_FRACTION')
       m%sort_interval = input%integer('METHOD', 1, 'SORT_INTERVAL')
       m%rebalance = input%real('METHOD', 1, 'REBALANCE')
@@ -209,7 +209,7 @@ contains
         m%fourier = input%real('HEAT', 1, 'FOURIER')
         m%implicit_heat = input%text('HEAT', 1, 'INTEGRATOR') == 'backward-euler'
         m%heat_step = input%real('HEAT', 1, 'STEP')
-        m%heat_every = input%integer('HEAT', 1, 'EVERY')
+        m%heat_interval = input%integer('HEAT', 1, 'EVERY')
         m%heat_solver = merge(by_petsc, by_cg, input%text('HEAT', 1, 'SOLVER') == 'petsc')
         m%heat_tolerance = input%real('HEAT', 1, 'TOLERANCE')
       end if
@@ -222,7 +222,7 @@ contains
       if (o%history_interval <= 0.0_rp) o%history_interval = scene%end_time/500.0_rp
       o%checkpoint_interval = input%real('OUTPUT', 1, 'CHECKPOINT_INTERVAL')
       o%progress_interval = input%real('OUTPUT', 1, 'PROGRESS_INTERVAL')
-      o%progress_is_asked = input%given('OUTPUT', 1, 'PROGRESS_INTERVAL')
+      o%progress_is_given = input%given('OUTPUT', 1, 'PROGRESS_INTERVAL')
       o%safety_interval = input%real('OUTPUT', 1, 'SAFETY_INTERVAL')
     end associate
   end subroutine read_general

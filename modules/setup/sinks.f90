@@ -4,12 +4,12 @@
 !> with a temperature of its own that conducts heat away.
 module setup_sinks
   use base_kinds, only: pi, rp
-  use base_log, only: say
+  use base_log, only: log_line
   use base_text, only: str
   use input_key_table, only: find
   use input_values, only: input_t
   use setup_boundary, only: wall_of, wall_t
-  use setup_solids, only: body_solids, extent_of, solid_t
+  use setup_solids, only: extent_of, read_body_solids, solid_t
   use simulation_scene, only: scene_t, scheme_usl
   use tools_heat_sink, only: backing_t, find_backing, heat_sink_t
   use tools_tool, only: tool_t
@@ -92,7 +92,7 @@ contains
     backing%body = body
     backing%face = face
     backing%across = pack([1, 2, 3], [1, 2, 3] /= (face + 1)/2)
-    call body_solids(input, body, solids)
+    call read_body_solids(input, body, solids)
     call extent_of(solids, lower, upper)
     backing%lower = lower(backing%across)
     extent = upper(backing%across) - backing%lower
@@ -153,7 +153,7 @@ contains
     is_given = [(input%given('TOOL', i, trim(property(k))), k=1, 3)]
     share_is_given = input%given('TOOL', i, 'HEAT_SHARE')
     heats = input%text('TOOL', i, 'HEATS') /= 'no'
-    if (share_is_given) tool%heat_fraction = input%real('TOOL', i, 'HEAT_SHARE')
+    if (share_is_given) tool%fixed_heat_share = input%real('TOOL', i, 'HEAT_SHARE')
     if (share_is_given .and. heats) call input%report('TOOL', i, 'HEAT_SHARE', &
       'does not go with HEATS: the share then follows from the temperatures')
     if (.not. any(is_given)) return
@@ -210,7 +210,8 @@ contains
     integer :: b
 
     associate (heat => tool%heat)
-      heat%conductance = input%real('TOOL', i, 'CONTACT_CONDUCTANCE', otherwise=heat%conductance)
+      heat%gap_coefficient = input%real('TOOL', i, 'CONTACT_CONDUCTANCE', &
+                                        otherwise=heat%gap_coefficient)
       heat%cooling = input%real('TOOL', i, 'COOLING')
       heat%coolant = input%real('TOOL', i, 'COOLING_TEMPERATURE')
       start = input%real('TOOL', i, 'TEMPERATURE')
@@ -279,9 +280,11 @@ contains
           at = ''
           if (allocated(mat%c_table) .or. allocated(mat%k_table)) at = ' at '//str(mat%t_ref)//' K'
         end associate
-        call say('friction     '//trim(tool(k)%name)//': '//str(100.0_rp*tool(k)%heat_share(e))// &
-                 ' % of its heat enters '//trim(scene%body(b)%name)//' (effusivities '//str(e)// &
-                 ' and '//str(tool(k)%effusivity)//' J/(m2 K s^0.5))'//at)
+        call log_line('friction     '// &
+                      trim(tool(k)%name)//': '//str(100.0_rp*tool(k)%heat_share(e))// &
+                      ' % of its heat enters '//trim(scene%body(b)%name)//' (effusivities '// &
+                      str(e)// &
+                      ' and '//str(tool(k)%effusivity)//' J/(m2 K s^0.5))'//at)
       end do
     end do
   end subroutine log_heat_shares

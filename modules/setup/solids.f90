@@ -9,8 +9,8 @@ module setup_solids
   private
 
   public :: solid_t, solids_t
-  public :: all_solids, body_at, body_solids, bounds, extent_of, holds, is_in_body, is_inside, &
-            read_solid, reference, shapes_of
+  public :: read_all_solids, body_at, read_body_solids, bounds, extent_of, holds, is_in_body, &
+            is_inside, read_solid, reference, shapes_of
 
   integer, parameter, public :: solid_box = 1, solid_cylinder = 2, solid_sphere = 3, &
                                 solid_trapezoid = 4
@@ -49,7 +49,7 @@ contains
   end function shapes_of
 
   !> Read the solids of a body in the order of the file.
-  subroutine body_solids(input, body, solids)
+  subroutine read_body_solids(input, body, solids)
     type(input_t), intent(in) :: input
     integer, intent(in) :: body
     type(solid_t), allocatable, intent(out) :: solids(:)
@@ -61,19 +61,19 @@ contains
     do k = 1, size(shapes)
       call read_solid(input, shapes(k), solids(k))
     end do
-  end subroutine body_solids
+  end subroutine read_body_solids
 
   !> Read the solids of all bodies.
-  subroutine all_solids(input, list)
+  subroutine read_all_solids(input, list)
     type(input_t), intent(in) :: input
     type(solids_t), allocatable, intent(out) :: list(:)
     integer :: b
 
     allocate (list(input%count('BODY')))
     do b = 1, size(list)
-      call body_solids(input, b, list(b)%solid)
+      call read_body_solids(input, b, list(b)%solid)
     end do
-  end subroutine all_solids
+  end subroutine read_all_solids
 
   !> Read the solid of the `i`-th &SHAPE; report errors of its keys.
   subroutine read_solid(input, i, solid)
@@ -85,8 +85,8 @@ contains
     solid%adds = input%text('SHAPE', i, 'OPERATION') == 'add'
     select case (solid%kind)
     case (solid_box, solid_trapezoid)
-      call need('LOWER')
-      call need('UPPER')
+      call require_key('LOWER')
+      call require_key('UPPER')
       solid%lower = input%reals('SHAPE', i, 'LOWER', 3)
       solid%upper = input%reals('SHAPE', i, 'UPPER', 3)
       if (input%given('SHAPE', i, 'UPPER') .and. any(solid%upper <= solid%lower)) then
@@ -94,29 +94,29 @@ contains
       end if
       if (solid%kind == solid_trapezoid) call read_trapezoid()
     case default
-      call need('CENTRE')
-      call need('RADIUS')
+      call require_key('CENTRE')
+      call require_key('RADIUS')
       solid%centre = input%reals('SHAPE', i, 'CENTRE', 3)
       solid%radius = input%real('SHAPE', i, 'RADIUS')
       if (solid%kind == solid_cylinder) then
-        call need('LENGTH')
+        call require_key('LENGTH')
         solid%length = input%real('SHAPE', i, 'LENGTH')
         solid%axis = index('xyz', input%text('SHAPE', i, 'AXIS'))
       end if
     end select
   contains
-    subroutine need(key)
+    subroutine require_key(key)
       character(*), intent(in) :: key
 
       if (.not. input%given('SHAPE', i, key)) then
         call input%report('SHAPE', i, key, "required for KIND = '"//input%text('SHAPE', i, &
                           'KIND')//"'")
       end if
-    end subroutine need
+    end subroutine require_key
 
     subroutine read_trapezoid()
-      call need('WIDTH_LOWER')
-      call need('WIDTH_UPPER')
+      call require_key('WIDTH_LOWER')
+      call require_key('WIDTH_UPPER')
       solid%along = index('xyz', input%text('SHAPE', i, 'ALONG'))
       solid%across = index('xyz', input%text('SHAPE', i, 'ACROSS'))
       solid%width = [input%real('SHAPE', i, 'WIDTH_LOWER'), input%real('SHAPE', i, 'WIDTH_UPPER')]

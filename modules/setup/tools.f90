@@ -36,7 +36,7 @@ contains
     do i = 1, input%count('TOOL')
       tool(i)%name = input%text('TOOL', i, 'NAME')
       tool(i)%start = input%reals('TOOL', i, 'POSITION', 3)
-      tool(i)%friction = input%real('TOOL', i, 'FRICTION')
+      tool(i)%friction_coefficient = input%real('TOOL', i, 'FRICTION')
       call read_friction_law(input, i, body, material, tool(i)%friction_law)
       call read_friction_table(input, i, tool(i))
       call read_shape(input, i, tool(i)%shape, tool(i)%frame)
@@ -212,14 +212,14 @@ contains
       return
     end if
     table%at = input%list('TOOL', i, 'FRICTION_AT')
-    table%mu = input%list('TOOL', i, 'FRICTION_MU')
-    if (size(table%at) == 0 .or. size(table%at) /= size(table%mu)) then
+    table%coefficient = input%list('TOOL', i, 'FRICTION_MU')
+    if (size(table%at) == 0 .or. size(table%at) /= size(table%coefficient)) then
       call input%report('TOOL', i, 'FRICTION_AT', 'needs as many values as FRICTION_MU, at '// &
                         'least one')
     else
       call check_rising(input, 'TOOL', i, 'FRICTION_AT', table%at)
     end if
-    if (tool%friction_law%kind /= law_coulomb .and. any(table%mu > 1.0_rp)) then
+    if (tool%friction_law%kind /= law_coulomb .and. any(table%coefficient > 1.0_rp)) then
       call input%report('TOOL', i, 'FRICTION_MU', 'are '//coefficient_key(tool%friction_law)// &
                         ' of this law: up to 1')
     end if

@@ -5,7 +5,7 @@ module setup_tracers
   use base_text, only: str
   use input_values, only: input_t
   use particles_tracers, only: tracers_t
-  use setup_solids, only: all_solids, is_in_body, solids_t
+  use setup_solids, only: is_in_body, read_all_solids, solids_t
   use simulation_scene, only: scene_t
   implicit none (type, external)
   private
@@ -28,7 +28,7 @@ contains
     integer :: i, k
 
     if (input%count('TRACER') == 0 .or. scene%grid%n(1) == 0) return
-    call all_solids(input, solids)
+    call read_all_solids(input, solids)
     rows = 0.0_rp
     do i = 1, input%count('TRACER')
       call list_positions(input, i, position)

@@ -3,14 +3,14 @@
 !> particles that fill them.
 module setup_volumes
   use base_kinds, only: rp
-  use base_log, only: say
+  use base_log, only: log_line
   use base_system, only: available_memory
   use base_text, only: str
   use base_world, only: world_t
   use input_values, only: input_t
   use setup_lattice, only: lattice_of, lattice_t
-  use setup_solids, only: all_solids, body_solids, bounds, extent_of, holds, is_inside, shapes_of, &
-                          solid_t, solids_t
+  use setup_solids, only: bounds, extent_of, holds, is_inside, read_all_solids, read_body_solids, &
+                          shapes_of, solid_t, solids_t
   use simulation_scene, only: scene_t
   implicit none (type, external)
   private
@@ -56,7 +56,7 @@ contains
     particles = 0.0_rp
     nodes = 0.0_rp
     do b = 1, size(scene%body)
-      call body_solids(input, b, solids)
+      call read_body_solids(input, b, solids)
       call extent_of(solids, lower, upper)
       upper = max(upper, lower)
       cells = cells_in(scene, lower, upper)
@@ -137,7 +137,7 @@ contains
     type(solids_t), allocatable :: solids(:)
     integer :: b, i, s
 
-    call all_solids(input, solids)
+    call read_all_solids(input, solids)
     allocate (volumes(size(solids)))
     do b = 1, size(solids)
       associate (v => volumes(b), solid => solids(b)%solid)
@@ -281,12 +281,14 @@ contains
 
     do b = 1, size(volumes)
       associate (v => volumes(b), body => scene%body(b))
-        call say('volume       '//trim(body%name)//': '//in_mm3(sum(v%filled))//' for '// &
-                 in_mm3(sum(v%exact))//' asked ('//deviation(sum(v%filled), sum(v%exact))//'), '// &
-                 str(scene%material(body%material)%rho/body%start%jac*sum(v%filled))//' kg')
+        call log_line('volume       '//trim(body%name)//': '//in_mm3(sum(v%filled))//' for '// &
+                      in_mm3(sum(v%exact))//' asked ('// &
+                      deviation(sum(v%filled), sum(v%exact))//'), '// &
+                      str(scene%material(body%material)%rho/body%start%jac*sum(v%filled))//' kg')
         do i = 1, merge(size(v%shape), 0, size(v%shape) > 1)
-          call say('             &SHAPE '//str(v%shape(i))//': '//in_mm3(v%filled(i))//' for '// &
-                   in_mm3(v%exact(i))//' ('//deviation(v%filled(i), v%exact(i))//')')
+          call log_line('             &SHAPE '//str(v%shape(i))//': '//in_mm3(v%filled(i))// &
+                        ' for '// &
+                        in_mm3(v%exact(i))//' ('//deviation(v%filled(i), v%exact(i))//')')
         end do
       end associate
     end do

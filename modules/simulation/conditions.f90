@@ -27,7 +27,7 @@ module simulation_conditions
     logical :: faces_up = .true.          !! the bodies are above the plane
     logical :: odd(3) = .false.           !! components of the velocity that change sign
     real(rp) :: temperature = 0.0_rp      !! temperature of the plane [K]; 0: insulated
-    real(rp) :: friction = 0.0_rp         !! Coulomb coefficient of friction
+    real(rp) :: friction_coefficient = 0.0_rp  !! Coulomb coefficient of friction
   end type symmetry_t
 
 contains

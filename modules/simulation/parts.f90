@@ -181,7 +181,7 @@ contains
 
   !> Action of the hook after the update of the nodes, before walls, tools and contact: change the
   !> velocities of nodes, lanes 1 to 3 of `g`, and with them the velocity changes, lanes 5 to 7
-  !> (simulation_nodes). A step may be rejected and repeated: only the sums are restored.
+  !> (simulation_nodes). A step may be refused and repeated: only the sums are restored.
   subroutine after_nodes(self, sim, dt, g)
     class(hook_t), intent(inout) :: self
     type(simulation_t), intent(inout) :: sim

@@ -38,7 +38,7 @@ module simulation_run
 
   !> The current step and its results.
   type :: step_t
-    real(rp) :: asked_dt = 0.0_rp       !! time step before any rejection [s]
+    real(rp) :: attempted_dt = 0.0_rp   !! time step before any refusal [s]
     real(rp) :: force_time = 0.0_rp     !! time at which external forces are evaluated [s]
     real(rp) :: pic = 0.0_rp            !! PIC fraction of this step
     type(outcome_t) :: last             !! maxima of the last step

@@ -60,8 +60,8 @@ module simulation_scene
     real(rp) :: factor = 0.0_rp               !! power law: heat-transfer coefficient added at 1 MPa
                                               !! [W/(m2 K)]
     real(rp) :: exponent = 1.0_rp             !! power law: exponent of the pressure
-    real(rp), allocatable :: at(:), there(:)  !! table: pressure [Pa], heat-transfer coefficient
-                                              !! [W/(m2 K)]
+    real(rp), allocatable :: at(:), there(:)  !! table of pressures [Pa] and heat-transfer
+                                              !! coefficients [W/(m2 K)]
     real(rp) :: emissivity = 0.0_rp
     real(rp) :: ambient = 298.0_rp    !! ambient temperature beyond the film [K]
     logical :: has_backing = .false.  !! the film leads to a body with a temperature of its own
@@ -85,7 +85,7 @@ module simulation_scene
     logical :: is_round = .false.           !! particles lie on rings around the axis of a cylinder
     type(start_t) :: start
     type(load_t), allocatable :: load(:)
-    type(traction_t), allocatable :: traction(:)  !! unallocated: none
+    type(traction_t), allocatable :: traction(:)  !! tractions; unallocated: none
     type(film_t) :: film(6)                       !! heat films on the faces xmin..zmax
     class(field_t), allocatable :: field          !! prescribed motion or temperature
   contains
@@ -106,7 +106,7 @@ module simulation_scene
     logical :: is_bspline = .false.
     integer :: scheme = scheme_usl, transfer = transfer_flip
     integer :: order = 2               !! order of the filter (XPIC, FMPM)
-    integer :: every = 1               !! steps between two filters (XPIC, FMPM)
+    integer :: filter_interval = 1     !! steps between two filters (XPIC, FMPM)
     real(rp) :: pic = 0.0_rp           !! PIC fraction
     logical :: shows_motion = .false.  !! output velocities are those of the grid
     logical :: fbar = .true.           !! F-bar averaging of J in each cell, for some bodies
@@ -127,10 +127,10 @@ module simulation_scene
     logical :: conducts = .false.
     logical :: implicit_heat = .false.   !! conduction by backward Euler
     real(rp) :: heat_step = 0.0_rp       !! implicit conduction step [s]; 0: by error control
-    integer :: heat_every = 0            !! mechanical steps per conduction step; 0: by heat_step
+    integer :: heat_interval = 0         !! mechanical steps per conduction step; 0: by heat_step
     integer :: heat_solver = 0           !! by_cg or by_petsc (heat_linear)
     real(rp) :: heat_tolerance = 2.0_rp  !! allowed error of an implicit conduction step [K]
-    logical :: has_mechanics = .true.    !! false: heat conduction alone (heat_alone_loop)
+    logical :: has_mechanics = .true.    !! mechanics, not heat conduction alone
     real(rp) :: fourier = 0.15_rp        !! explicit conduction step over h^2/kappa
   contains
     procedure :: filters, filters_in
@@ -145,7 +145,7 @@ module simulation_scene
     character(:), allocatable :: run            !! identity of the run (io_folder)
     real(rp) :: frame_interval = 0.0_rp, history_interval = 0.0_rp, checkpoint_interval = 0.0_rp
     real(rp) :: progress_interval = 10.0_rp   !! interval of progress lines, wall-clock time [s]
-    logical :: progress_is_asked = .false.    !! the interval of progress lines was given in the
+    logical :: progress_is_given = .false.    !! the interval of progress lines was given in the
                                               !! input
     real(rp) :: safety_interval = 0.0_rp      !! interval of checkpoints, wall-clock time [s]
     logical :: is_quiet = .false.
@@ -249,7 +249,7 @@ contains
     integer(i8), intent(in) :: step
 
     filters_in = self%filters()
-    if (filters_in) filters_in = mod(step, int(self%every, i8)) == 0
+    if (filters_in) filters_in = mod(step, int(self%filter_interval, i8)) == 0
   end function filters_in
 
   !> True if a material of a group of bodies has a flow law.

@@ -75,7 +75,7 @@ module simulation_tool_lists
                                                 !! that the tool covers [-]
     real(rp) :: max_normal_impulse = 0.0_rp     !! limit of the normal impulse at an edge [N s]
     real(rp) :: slip(3) = 0.0_rp                !! slip velocity along the tool surface [m/s]
-    real(rp) :: mu = 0.0_rp                     !! factor of the normal impulse in the friction law
+    real(rp) :: coulomb_factor = 0.0_rp         !! factor of the normal impulse in the friction law
     real(rp) :: coulomb_impulse = 0.0_rp        !! Coulomb limit of the friction impulse [N s]
     real(rp) :: max_friction = 0.0_rp           !! largest friction impulse [N s]
     real(rp) :: transition = 0.0_rp             !! friction impulse at which the law changes its

@@ -188,8 +188,8 @@ contains
     end if
     if (sim%world%all_true(is_known)) return
     call mark_held(sim, near)
-    call force_on_walls(sim, sim%particles%n_mapped, near, of_layer)
-    call force_on_walls(sim, sim%particles%nblk, near, sim%sleepers%far_force)
+    call find_wall_forces(sim, sim%particles%n_mapped, near, of_layer)
+    call find_wall_forces(sim, sim%particles%nblk, near, sim%sleepers%far_force)
     sim%sleepers%far_force = sim%sleepers%far_force - of_layer
   end subroutine find_far_force
 
@@ -225,7 +225,7 @@ contains
   end subroutine mark_held
 
   !> Force of each wall and clamp on the sleepers up to block `last`, at this rank's nodes [N].
-  subroutine force_on_walls(sim, last, near, force)
+  subroutine find_wall_forces(sim, last, near, force)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: last
     logical, intent(in) :: near(sim%nodes%patch%nn)
@@ -251,7 +251,7 @@ contains
     call add_lost(sim%scene, 1.0_rp, lost, force)
     sim%budget = before
     call clear_nodes(sim%nodes, sim%nodes%g)
-  end subroutine force_on_walls
+  end subroutine find_wall_forces
 
   !> Add mass and force of a block to the nodes, if one of its particles is near a held node.
   subroutine add_force(sim, body, n, nf, near, ps, g)

@@ -26,8 +26,8 @@ module step_acceptance
 
 contains
 
-  !> Collective. Begin the reduction of what all ranks must know about the last and this step.
-  !> `locally_accepted`: this rank has no reason to reject the step.
+  !> Collective. Begin the reduction of what all ranks need about the last and this step.
+  !> `locally_accepted`: this rank has no reason to refuse the step.
   subroutine post_acceptance(sim, dt, g, locally_accepted)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn, sim%nodes%n_groups)  !! time step [s],
@@ -73,7 +73,7 @@ contains
     is_refused = .not. sim%step%is_broken .and. dt*sim%clock%max_speed > max_node_displacement(sim)
     if (.not. is_refused) return
     dt = 0.5_rp*max_node_displacement(sim)/sim%clock%max_speed
-    sim%step%is_broken = dt < min_dt_fraction*sim%step%asked_dt
+    sim%step%is_broken = dt < min_dt_fraction*sim%step%attempted_dt
     sim%step%last%speed2 = 0.0_rp  ! `dt` was computed with the particle speeds
   end subroutine finish_acceptance
 

@@ -5,7 +5,7 @@
 module step_advance
   use base_kinds, only: rp
   use base_timers, only: ph_nodes, ph_to_particles
-  use boundary_clamps, only: hold_walls, yield_to_tools
+  use boundary_clamps, only: hold_walls, release_near_tools
   use boundary_symmetry, only: record_impulse, restore_velocities
   use contact_body_kept, only: keep_entries
   use contact_body_pairs, only: join_bodies
@@ -95,13 +95,13 @@ contains
 
     associate (method => sim%scene%method, step => sim%step)
       stress_fraction_before = merge(0.5_rp, 0.0_rp, method%scheme == scheme_usavg)
-      step%asked_dt = dt
+      step%attempted_dt = dt
       step%force_time = sim%clock%time + stress_fraction_before*dt
       step%pic = method%pic
       if (method%transfer == transfer_apic .or. method%filters_in(sim%clock%step)) step%pic = 1.0_rp
       sim%pairs%is_known = .false.
     end associate
-    call yield_to_tools(sim)
+    call release_near_tools(sim)
   end subroutine begin_step
 
   !> Update the stress by `stress_fraction_before` of the step with the velocities before the

@@ -3,7 +3,7 @@
 !> phases that end at a load or a temperature, and load limits (tools_motion).
 module step_drives
   use base_kinds, only: i8, rp
-  use base_log, only: say
+  use base_log, only: log_line
   use base_text, only: str
   use base_world, only: world_t
   use mpm_stability, only: wave_speed
@@ -172,12 +172,12 @@ contains
     end do
     call sim%world%max(touches)
     if (touches(1) > 0.0_rp .or. .not. sim%world%is_root()) return
-    call say('warning: phase '//str(phase)//" of tool '"//trim(tool%name)//"' ends with the "// &
-             'pin alone in the metal: the shoulder does not touch. Give the plunge a VELOCITY, '// &
-             'more force or time, or hotter metal')
+    call log_line('warning: phase '//str(phase)//" of tool '"//trim(tool%name)// &
+                  "' ends with the pin alone in the metal: the shoulder does not touch. "// &
+                  'Give the plunge a VELOCITY, more force or time, or hotter metal')
   end subroutine warn_if_pin_alone
 
-  !> Stop a tool whose load exceeds its limit, and the run if the limit asks for that.
+  !> Stop a tool whose load exceeds its limit, and the run if the limit requires it.
   subroutine stop_tool(world, t, tool, clock)
     type(world_t), intent(in) :: world
     real(rp), intent(in) :: t                    !! time [s]
@@ -190,9 +190,9 @@ contains
     tool%monitor%spin = merge(tool%spin, 0.0_rp, tool%monitor%at_limit == 2)
     call tool%motion%halt(t, tool%monitor%spin)
     clock%is_stopped = tool%monitor%at_limit == 1
-    if (world%is_root()) call say('warning: t = '//str(t)//" s: tool '"//trim(tool%name)// &
-                                  "' is beyond its limit, "//load_text(tool)//': '// &
-                                  trim(what(tool%monitor%at_limit)))
+    if (world%is_root()) call log_line('warning: t = '//str(t)//" s: tool '"//trim(tool%name)// &
+                                       "' is beyond its limit, "//load_text(tool)//': '// &
+                                       trim(what(tool%monitor%at_limit)))
   end subroutine stop_tool
 
   !> Log on rank 0 that a phase ends, and why.
@@ -203,8 +203,8 @@ contains
     integer, intent(in) :: phase
     character(*), intent(in) :: reason
 
-    if (world%is_root()) call say('t = '//str(t)//' s: phase '//str(phase)//" of tool '"// &
-                                  trim(tool%name)//"' ends: "//reason)
+    if (world%is_root()) call log_line('t = '//str(t)//' s: phase '//str(phase)//" of tool '"// &
+                                       trim(tool%name)//"' ends: "//reason)
   end subroutine report_phase_end
 
   !> Current load of a tool, as text.

@@ -32,7 +32,7 @@ contains
     integer :: k, power
 
     old = merge(1.0_rp, 0.0_rp, sim%scene%method%transfer == transfer_xpic)
-    call first_increment(sim, old, g, increment)
+    call start_increment(sim, old, g, increment)
     lost = 0.0_rp                                ! not used
     call clear_nodes(sim%nodes, mapped)
     do power = 2, sim%scene%method%order
@@ -41,7 +41,7 @@ contains
         call reflect(sim, r_filter, mapped(:, :, k), lost)
         call sim%nodes%halo%sum(sim%world, 8, sim%nodes%patch%nn, mapped(:, :, k))
       end do
-      call next_increment(sim, g, mapped, increment)
+      call update_increment(sim, g, mapped, increment)
       call release_held(sim, g, increment)
       if (sim%nodes%n_groups > 1) then
         call join_increments(sim%scene, sim%nodes, sim%pairs, g, increment)
@@ -54,7 +54,7 @@ contains
   end subroutine filter_velocity
 
   !> Start the series, in lanes 5:7, with the new velocities less `old` times those before the step.
-  subroutine first_increment(sim, old, g, increment)
+  subroutine start_increment(sim, old, g, increment)
     type(simulation_t), intent(in) :: sim
     real(rp), intent(in) :: old, g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
     real(rp), intent(inout) :: increment(8, sim%nodes%patch%nn, sim%nodes%n_groups)
@@ -68,7 +68,7 @@ contains
         end do
       end do
     end do
-  end subroutine first_increment
+  end subroutine start_increment
 
   !> Map the increment to the particles, and the momentum of the particles at these velocities back
   !> to the nodes.
@@ -103,7 +103,7 @@ contains
   end subroutine map_block
 
   !> Apply d' = (1 - S+ S) d to the increment, and clear `mapped`.
-  subroutine next_increment(sim, g, mapped, increment)
+  subroutine update_increment(sim, g, mapped, increment)
     type(simulation_t), intent(in) :: sim
     real(rp), intent(in) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
     real(rp), intent(inout), dimension(8, sim%nodes%patch%nn, sim%nodes%n_groups) :: mapped, &
@@ -120,7 +120,7 @@ contains
         end do
       end do
     end do
-  end subroutine next_increment
+  end subroutine update_increment
 
   !> Add the increment to the nodal velocities.
   subroutine add_increment(sim, increment, g)

@@ -104,7 +104,7 @@ contains
     end associate
   end subroutine roll_back
 
-  !> Collective. Complete the acceptance of the step. If it is rejected, `dt` is reduced and all
+  !> Collective. Complete the acceptance of the step. If it is refused, `dt` is reduced and all
   !> updates since `save_state` are undone.
   subroutine accept_step(sim, dt, g, outcome, is_refused)
     type(simulation_t), intent(inout) :: sim

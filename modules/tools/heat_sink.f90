@@ -23,7 +23,7 @@ module tools_heat_sink
                                                   !! absorbed heat
     integer :: place = 0                          !! first of its two particle fields: contact area
                                                   !! times time [m2 s], heat of the face [J]
-    real(rp) :: conductance = huge(1.0_rp)        !! heat-transfer coefficient of the gap at the
+    real(rp) :: gap_coefficient = huge(1.0_rp)    !! heat-transfer coefficient of the gap at the
                                                   !! face [W/(m2 K)]
     real(rp) :: cooling = 0.0_rp                  !! cooling at the far end, or of a uniform body
                                                   !! [W/K]
@@ -36,7 +36,7 @@ module tools_heat_sink
                                                   !! face [W/K]
     ! State, equal on all ranks:
     real(rp), allocatable :: temperature(:)       !! cell temperatures [K]
-    real(rp) :: face = 298.0_rp                   !! face temperature [K]
+    real(rp) :: face_temperature = 298.0_rp       !! face temperature [K]
     real(rp) :: gained = 0.0_rp, lost = 0.0_rp    !! heat taken from the bodies, heat lost to the
                                                   !! coolant [J]
   contains
@@ -86,7 +86,7 @@ contains
     end if
     self%face_conductance = 2.0_rp*conductivity*area/width(1)
     allocate (self%temperature(n), source=start)
-    self%face = start
+    self%face_temperature = start
   end subroutine make_rod
 
   !> Make a body of uniform temperature.
@@ -99,21 +99,21 @@ contains
     self%capacity = [capacity]
     self%link_conductance = [self%cooling]
     self%temperature = [start]
-    self%face = start
+    self%face_temperature = start
   end subroutine make_lumped
 
   !> Face temperature at the end of a step as a linear function of the heat flow from the bodies:
-  !> `t_face0` [K] without it, and the derivative `dtface_dp` [K/W].
-  pure subroutine face_response(self, dt, t_face0, dtface_dp)
+  !> `t_face0` [K] without it, and the derivative `dt_face_dp` [K/W].
+  pure subroutine face_response(self, dt, t_face0, dt_face_dp)
     class(heat_sink_t), intent(in) :: self
     real(rp), intent(in) :: dt                    !! time step [s]
-    real(rp), intent(out) :: t_face0, dtface_dp
+    real(rp), intent(out) :: t_face0, dt_face_dp
     real(rp), dimension(size(self%temperature)) :: without_power, unit
 
     call solve(self, dt, 0.0_rp, without_power)
     call solve(self, dt, 1.0_rp, unit)
     t_face0 = without_power(1)
-    dtface_dp = unit(1) - without_power(1) + 1.0_rp/self%face_conductance
+    dt_face_dp = unit(1) - without_power(1) + 1.0_rp/self%face_conductance
   end subroutine face_response
 
   !> Take a step with the heat flow `power` from the bodies.
@@ -126,7 +126,7 @@ contains
     n = size(t)
     call solve(self, dt, power, t)
     self%temperature = t
-    self%face = t(1) + power/self%face_conductance
+    self%face_temperature = t(1) + power/self%face_conductance
     self%gained = self%gained + dt*power
     self%lost = self%lost + dt*self%link_conductance(n)*(t(n) - self%coolant)
   end subroutine absorb
@@ -172,7 +172,7 @@ contains
     real(rp), allocatable :: values(:)
 
     allocate (values(0))
-    if (self%is_on) values = [self%face, self%gained, self%lost, self%temperature]
+    if (self%is_on) values = [self%face_temperature, self%gained, self%lost, self%temperature]
   end function state
 
   !> Set the state from a checkpoint.
@@ -181,7 +181,7 @@ contains
     real(rp), intent(in) :: values(:)
 
     if (.not. self%is_on) return
-    self%face = values(1)
+    self%face_temperature = values(1)
     self%gained = values(2)
     self%lost = values(3)
     self%temperature = values(4:)
@@ -206,7 +206,7 @@ contains
   pure real(rp) function max_face_temperature(self)
     class(backing_t), intent(in) :: self
 
-    max_face_temperature = maxval(self%column%face)
+    max_face_temperature = maxval(self%column%face_temperature)
   end function max_face_temperature
 
   !> Heat above 0 K [J].

@@ -17,7 +17,7 @@ module tools_law
   implicit none (type, external)
   private
 
-  public :: friction_law_t, friction_table_t, normal_velocity
+  public :: friction_law_t, friction_table_t, find_closing_velocity
 
   integer, parameter, public :: law_coulomb = 1, law_shear_factor = 2, law_wanheim_bay = 3, &
                                 law_schmidt_hattel = 4
@@ -30,7 +30,7 @@ module tools_law
   type :: friction_law_t
     integer :: kind = law_coulomb
     real(rp) :: coefficient = 0.0_rp  !! m or delta; 0 for coulomb, whose coefficient is mu
-    logical :: shear_limit = .true.   !! coulomb: limited by the shear strength
+    logical :: shear_limit = .true.   !! Coulomb's law is limited by the shear strength
   contains
     procedure :: limits, friction, uses_mean_pressure, has_no_shear_limit
   end type friction_law_t
@@ -40,7 +40,7 @@ module tools_law
   type :: friction_table_t
     integer :: of = of_nothing      !! variable of the table
     real(rp), allocatable :: at(:)  !! values of the variable, increasing [K], [Pa] or [m/s]
-    real(rp), allocatable :: mu(:)
+    real(rp), allocatable :: coefficient(:)
   contains
     procedure :: coefficients
   end type friction_table_t
@@ -55,8 +55,8 @@ contains
   !> a sustained load; the rest is removed in `relaxation_time`. A particle deep inside, such as one
   !> behind an edge, gets no impulse of depth/dt: such impulses kept a stirred plate vibrating, by
   !> which it flowed under three quarters of the force.
-  pure subroutine normal_velocity(dt, dt_before, slop, relaxation_time, recovery_speed, gap, &
-                                  normal, velocity, closing, slip, approach)
+  pure subroutine find_closing_velocity(dt, dt_before, slop, relaxation_time, recovery_speed, gap, &
+                                        normal, velocity, closing, slip, approach)
     real(rp), intent(in) :: dt, dt_before        !! length of this step, of the step before [s]
     real(rp), intent(in) :: slop                 !! width of the zone where gaps close slowly [m]
     real(rp), intent(in) :: relaxation_time      !! time in which gaps below `slop` close [s]
@@ -81,7 +81,7 @@ contains
                                                                               gap_before - slop)/dt
     end if
     if (present(approach)) approach = merge(-speed, closing, gap_before < 0.0_rp)
-  end subroutine normal_velocity
+  end subroutine find_closing_velocity
 
   !> Friction limits of a particle with shear strength `k` (impulse or stress), for the coefficient
   !> of the law (mu, m or delta): the factor `mu` of the normal impulse, the largest friction, and
@@ -170,11 +170,11 @@ contains
 
     select case (self%of)
     case (of_temperature)
-      call look_up(self%at, self%mu, n, temp, mu)
+      call look_up(self%at, self%coefficient, n, temp, mu)
     case (of_pressure)
-      call look_up(self%at, self%mu, n, pressure, mu)
+      call look_up(self%at, self%coefficient, n, pressure, mu)
     case default
-      call look_up(self%at, self%mu, n, slip, mu)
+      call look_up(self%at, self%coefficient, n, slip, mu)
     end select
   end subroutine coefficients
 

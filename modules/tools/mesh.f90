@@ -19,7 +19,7 @@ module tools_mesh
 
   !> Mesh with its search structures.
   type :: surface_mesh_t
-    type(facets_t) :: facets                       !! in the order of the tree
+    type(facets_t) :: facets                       !! facets in the order of the tree
     type(boxes_t) :: tree
     type(ridges_t) :: ridges                       !! sharp convex edges
     real(rp), allocatable :: geometry(:, :, :)     !! (3, 4, facets) first corner, edge vectors to

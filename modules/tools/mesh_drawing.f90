@@ -7,13 +7,13 @@ module tools_mesh_drawing
   implicit none (type, external)
   private
 
-  public :: outline_of, surface_of
+  public :: list_outline_points, triangulate_surface
 
 contains
 
   !> Points spread over a surface, about `parts` along its longest side: corners of facets, and
   !> lattices on large facets; if too many, a subset that includes the extremes along the axes.
-  subroutine outline_of(facets, x)
+  subroutine list_outline_points(facets, x)
     type(facets_t), intent(in) :: facets
     real(rp), allocatable, intent(out) :: x(:, :)
     integer, parameter :: parts = 24, max_points = 2000
@@ -42,10 +42,10 @@ contains
     end do
     if (p <= max_points) return
     x = x(:, [[(i, i=1, p, p/max_points + 1)], minloc(x, 2), maxloc(x, 2)])
-  end subroutine outline_of
+  end subroutine list_outline_points
 
   !> Triangles for visualization; points on sharp edges are duplicated for each side.
-  subroutine surface_of(facets, patch, x, corner)
+  subroutine triangulate_surface(facets, patch, x, corner)
     type(facets_t), intent(in) :: facets
     integer, intent(in) :: patch(:)                  !! patch of each facet, bounded by sharp edges
     real(rp), allocatable, intent(out) :: x(:, :)
@@ -70,6 +70,6 @@ contains
       corner(modulo(order(i) - 1, 3) + 1, (order(i) + 2)/3) = n
     end do
     x = x(:, :n)
-  end subroutine surface_of
+  end subroutine triangulate_surface
 
 end module tools_mesh_drawing

@@ -159,7 +159,7 @@ contains
   !> least n . m, with the mean normal m.
   pure real(rp) function max_approach(facets, normal, point_normal) result(bound)
     type(facets_t), intent(in) :: facets
-    real(rp), intent(in) :: normal(:, :), point_normal(:, :)   !! of the facets and of their corners
+    real(rp), intent(in) :: normal(:, :), point_normal(:, :)   !! normals of facets and corners
     real(rp) :: max_speed(size(facets%x, 2)), lower_bound(size(facets%x, 2)), v(3)
     integer :: i, k, p
 

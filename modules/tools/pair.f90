@@ -7,7 +7,7 @@ module tools_pair
   private
 
   public :: contact_t
-  public :: pair_law_t, pair_impulse, pair_loss
+  public :: pair_law_t, compute_pair_impulse, compute_pair_loss
 
   ! Tangential laws.
   integer, parameter, public :: law_coulomb = 1, law_stick = 2, law_frictionless = 3
@@ -16,7 +16,7 @@ module tools_pair
 
   type :: pair_law_t
     integer :: kind = law_coulomb
-    real(rp) :: friction = 0.0_rp
+    real(rp) :: friction_coefficient = 0.0_rp
   end type pair_law_t
 
   ! Methods of finding the normal of a pair; bodies without a &CONTACT move as one.
@@ -37,8 +37,8 @@ contains
   !> bodies that overlap by twice the slack or more, and is reduced for smaller overlaps: with
   !> impulses that rise over a shorter overlap nodes bounce, and symmetric problems lose their
   !> symmetry.
-  pure subroutine pair_impulse(law, dt, gap, slack, surplus, normal, inverse, v, &
-                               impulse, state)
+  pure subroutine compute_pair_impulse(law, dt, gap, slack, surplus, normal, inverse, v, &
+                                       impulse, state)
     type(pair_law_t), intent(in) :: law
     real(rp), intent(in) :: dt, gap      !! time step [s], gap [m]
     real(rp), intent(in) :: slack        !! gap up to which sticking bodies touch [m]
@@ -71,7 +71,7 @@ contains
     end if
     state = merge(is_stuck, is_sliding, stick_mass >= m)
     impulse = stick_mass*slip - normal_impulse*normal
-  end subroutine pair_impulse
+  end subroutine compute_pair_impulse
 
   !> Friction impulse over slip [kg], at most `m`, which stops the slip.
   pure real(rp) function limit(law, m, normal_impulse, speed)
@@ -81,7 +81,9 @@ contains
     limit = m
     select case (law%kind)
     case (law_coulomb)
-      if (law%friction*normal_impulse < m*speed) limit = law%friction*normal_impulse/speed
+      if (law%friction_coefficient*normal_impulse < m*speed) then
+        limit = law%friction_coefficient*normal_impulse/speed
+      end if
     case (law_frictionless)
       limit = 0.0_rp
     case default   ! sticking bodies have no limit
@@ -90,7 +92,7 @@ contains
 
   !> Energy that the impulse removes from both bodies together, by friction and in normal direction
   !> [J].
-  pure subroutine pair_loss(normal, impulse, mean, friction, normal_loss)
+  pure subroutine compute_pair_loss(normal, impulse, mean, friction, normal_loss)
     real(rp), intent(in) :: normal(3), impulse(3)  !! unit vector, impulse on the first body [N s]
     real(rp), intent(in) :: mean(3, 2)             !! mean velocities of the step with contact [m/s]
     real(rp), intent(out) :: friction, normal_loss
@@ -99,6 +101,6 @@ contains
     slip = mean(:, 2) - mean(:, 1)
     normal_loss = dot_product(impulse, normal)*dot_product(slip, normal)
     friction = dot_product(impulse, slip) - normal_loss
-  end subroutine pair_loss
+  end subroutine compute_pair_loss
 
 end module tools_pair

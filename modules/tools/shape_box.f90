@@ -95,7 +95,8 @@ contains
     half = matmul(abs(axes), self%half)
   end subroutine bounds
 
-  !> Bound: distance of the corners from the axis times the change of the axes.
+  !> Upper bound of the approach: distance of the corners from the axis times the change of the axes
+  !> [m].
   pure real(rp) function sweep(self, before, after)
     class(box_shape_t), intent(in) :: self
     real(rp), intent(in) :: before(3, 3), after(3, 3)

@@ -5,7 +5,7 @@ module tools_shape_cut_shoulder
   use input_key_table, only: key_table_t
   use input_values, only: input_t
   use tools_shape_cut_keys, only: add_cut_keys, check_cuts, read_cuts
-  use tools_shape_cuts, only: cut_pin_shape_t, mesh_of
+  use tools_shape_cuts, only: cut_pin_shape_t, make_mesh
   use tools_shape_meshed, only: meshed_t
   use tools_shape_shoulder, only: shoulder_t
   implicit none (type, external)
@@ -47,7 +47,7 @@ contains
     cuts%pin_length = input%real('TOOL', i, 'PIN_LENGTH')
     if (cuts%tip_radius <= 0.0_rp) cuts%tip_radius = cuts%pin_radius
     call read_cuts(input, i, cuts, is_sound)
-    if (is_sound) call mesh_of(cuts, self%mesh)
+    if (is_sound) call make_mesh(cuts, self%mesh)
   end subroutine read_keys
 
   subroutine check_size(self, input, i, grid, cell, width, spins)

@@ -12,7 +12,7 @@ module tools_shape_cuts
   implicit none (type, external)
   private
 
-  public :: cut_pin_shape_t, mesh_of
+  public :: cut_pin_shape_t, make_mesh
 
   integer, parameter :: n_meridians = 96       !! meridians; chords deviate by at most
                                                !! 0.05 % of the radius
@@ -47,7 +47,7 @@ module tools_shape_cuts
 contains
 
   !> Make the mesh of a shoulder with cuts.
-  subroutine mesh_of(shape, mesh)
+  subroutine make_mesh(shape, mesh)
     type(cut_pin_shape_t), intent(in) :: shape
     type(surface_mesh_t), intent(out) :: mesh
     type(meridian_t), allocatable :: meridian(:)
@@ -73,7 +73,7 @@ contains
     call list_defects(facets, defect)
     if (size(defect) > 0) call fatal('the facets of a shoulder with cuts do not close')
     call new_mesh(facets, mesh)
-  end subroutine mesh_of
+  end subroutine make_mesh
 
   !> Angles of the meridians [rad]: equidistant ones and those of the edges of flats on a
   !> cylindrical pin, which replace equidistant ones close to them.

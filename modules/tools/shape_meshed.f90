@@ -3,7 +3,7 @@
 module tools_shape_meshed
   use base_kinds, only: rp
   use tools_mesh, only: surface_mesh_t
-  use tools_mesh_drawing, only: outline_of, surface_of
+  use tools_mesh_drawing, only: list_outline_points, triangulate_surface
   use tools_shape, only: shape_t
   implicit none (type, external)
   private
@@ -78,7 +78,7 @@ contains
     class(meshed_t), intent(in) :: self
     real(rp), allocatable, intent(out) :: x(:, :)
 
-    call outline_of(self%mesh%facets, x)
+    call list_outline_points(self%mesh%facets, x)
   end subroutine outline
 
   subroutine surface(self, x, corner)
@@ -86,7 +86,7 @@ contains
     real(rp), allocatable, intent(out) :: x(:, :)
     integer, allocatable, intent(out) :: corner(:, :)
 
-    call surface_of(self%mesh%facets, self%mesh%ridges%patch, x, corner)
+    call triangulate_surface(self%mesh%facets, self%mesh%ridges%patch, x, corner)
   end subroutine surface
 
 end module tools_shape_meshed

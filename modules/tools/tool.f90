@@ -52,10 +52,10 @@ module tools_tool
     class(shape_t), allocatable :: shape   !! unallocated: rigid body of particles
     real(rp) :: start(3) = 0.0_rp          !! position at t = 0 [m]
     real(rp) :: frame(3, 3) = 0.0_rp       !! local axes at t = 0, in columns, for travel along +x
-    real(rp) :: friction = 0.0_rp          !! coefficient of Coulomb's law
+    real(rp) :: friction_coefficient = 0.0_rp  !! coefficient of Coulomb's law
     type(friction_law_t) :: friction_law
     type(friction_table_t) :: friction_table  !! table of the coefficient of the law
-    real(rp) :: heat_fraction = 1.0_rp        !! given fraction of the friction heat that enters the
+    real(rp) :: fixed_heat_share = 1.0_rp     !! given fraction of the friction heat that enters the
                                               !! material
     real(rp) :: effusivity = 0.0_rp           !! effusivity of the tool [J/(m2 K s^0.5)]; above 0 it
                                               !! determines the fraction of the friction heat that
@@ -189,7 +189,7 @@ contains
   elemental logical function has_friction(self)
     class(tool_t), intent(in) :: self
 
-    has_friction = self%friction > 0.0_rp .or. self%friction_table%of /= of_nothing &
+    has_friction = self%friction_coefficient > 0.0_rp .or. self%friction_table%of /= of_nothing &
                    .or. self%friction_law%kind /= law_coulomb
   end function has_friction
 
@@ -207,7 +207,7 @@ contains
     class(tool_t), intent(in) :: self
     real(rp), intent(in) :: effusivity            !! [J/(m2 K s^0.5)]
 
-    heat_share = self%heat_fraction
+    heat_share = self%fixed_heat_share
     if (self%effusivity > 0.0_rp) heat_share = effusivity/(effusivity + self%effusivity)
   end function heat_share
 

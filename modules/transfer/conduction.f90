@@ -11,9 +11,9 @@ module transfer_conduction
   implicit none (type, external)
   private
 
-  public :: capacity_to_grid, pressure_to_grid, nodal_temperature, nodal_pressure, flux_to_grid
-  public :: boundary_rates, film_to_grid, heat_particles, largest_rate, surface_to_grid
-  public :: temperature_increment
+  public :: capacity_to_grid, pressure_to_grid, compute_nodal_temperature, compute_nodal_pressure
+  public :: compute_boundary_rates, film_to_grid, flux_to_grid, heat_particles, largest_rate
+  public :: compute_increment, surface_to_grid
 
   real(rp), parameter, public :: min_capacity = 1.0e-30_rp  !! capacity below which a node is empty
                                                             !! [J/K]
@@ -57,7 +57,7 @@ contains
   end subroutine pressure_to_grid
 
   !> Divide by capacity: mean pressures of a run of nodes, (6:8)/(1).
-  subroutine nodal_pressure(n, g)
+  subroutine compute_nodal_pressure(n, g)
     integer, intent(in) :: n
     real(rp), intent(inout) :: g(8, n)
     integer :: i
@@ -65,11 +65,11 @@ contains
     do i = 1, n
       if (g(1, i) > min_capacity) g(6:8, i) = g(6:8, i)/g(1, i)
     end do
-  end subroutine nodal_pressure
+  end subroutine compute_nodal_pressure
 
   !> Temperature of a run of nodes, (2)/(1): lane 4, used for conduction, and lane 5; 0 at empty
   !> nodes.
-  subroutine nodal_temperature(n, g)
+  subroutine compute_nodal_temperature(n, g)
     integer, intent(in) :: n
     real(rp), intent(inout) :: g(8, n)
     integer :: i
@@ -79,7 +79,7 @@ contains
       if (g(1, i) > min_capacity) g(4, i) = g(2, i)/g(1, i)
       g(5, i) = g(4, i)
     end do
-  end subroutine nodal_temperature
+  end subroutine compute_nodal_temperature
 
   !> Add the heat conducted in `dt` by a block to lane 5 of `flux`, from the temperature in lane 4
   !> of `g`; add capacity times the fraction `smoothing` to lane 7, and this product times the
@@ -129,8 +129,9 @@ contains
   end subroutine surface_to_grid
 
   !> Add the film loss in `dt` of a face at `s` to lane 5 of `flux`, with linear weights.
-  subroutine film_to_grid(dt, film, area, ambient, s, stride, nn, g, flux, lost)
-    real(rp), intent(in) :: dt, film, area, ambient   !! time step [s], heat-transfer coefficient
+  subroutine film_to_grid(dt, coefficient, area, ambient, s, stride, nn, g, flux, lost)
+    real(rp), intent(in) :: dt, coefficient, area, ambient  !! time step [s], heat-transfer
+                                                            !! coefficient
                                                       !! [W/(m2 K)], area [m2], ambient temperature
                                                       !! [K]
     real(rp), intent(in) :: s(3)                      !! position from the first node [cells]
@@ -142,7 +143,8 @@ contains
     integer :: c, q(0:7)
 
     call point_nodes(s, stride, 1, min_capacity, nn, g, q, weight)
-    heat = -dt*film*area*(sum(weight*g(4, q)) - sum(weight)*ambient)   ! zero if all nodes are empty
+    heat = -dt*coefficient*area*(sum(weight*g(4, q)) - sum(weight)*ambient)  ! zero if all nodes are
+                                                                             ! empty
     do c = 0, 7
       flux(5, q(c)) = flux(5, q(c)) + heat*weight(c)
     end do
@@ -150,7 +152,7 @@ contains
   end subroutine film_to_grid
 
   !> Rates of a run of nodes, to lane 4 of `flux`: boundary conductances (lane 6) over capacities.
-  subroutine boundary_rates(n, g, flux)
+  subroutine compute_boundary_rates(n, g, flux)
     integer, intent(in) :: n
     real(rp), intent(in) :: g(8, n)
     real(rp), intent(inout) :: flux(8, n)
@@ -160,7 +162,7 @@ contains
       flux(4, i) = 0.0_rp
       if (g(1, i) > min_capacity) flux(4, i) = flux(6, i)/g(1, i)
     end do
-  end subroutine boundary_rates
+  end subroutine compute_boundary_rates
 
   !> Largest mean of the rates of nodes (lane 4 of `flux`) at the particles of a block [1/s].
   real(rp) function largest_rate(n, w, first, stride, nn, flux, rec)
@@ -177,7 +179,7 @@ contains
   !> Temperature increment of a run of nodes, from conducted heat (lane 5 of `flux`) and stored
   !> heat. Lane 5 becomes the increment, lane 6 the new and lane 8 the old temperature, lane 7 the
   !> mean difference of the particles from lane 8, weighted by the fraction that is smoothed.
-  subroutine temperature_increment(n, flux, g)
+  subroutine compute_increment(n, flux, g)
     integer, intent(in) :: n
     real(rp), intent(in) :: flux(8, n)
     real(rp), intent(inout) :: g(8, n)
@@ -193,7 +195,7 @@ contains
       if (flux(7, i) > min_capacity) g(7, i) = flux(8, i)/flux(7, i)
       g(6, i) = g(8, i) + g(5, i)
     end do
-  end subroutine temperature_increment
+  end subroutine compute_increment
 
   !> Update the particle temperatures by the increment in lane 5 and consume their stored heat. They
   !> return the fraction `smoothing` of their difference from the nodes (lane 8) less the nodal mean

@@ -6,7 +6,7 @@
 !> used for particles with nodes of their own. Sum-factorised; nodes lie z-fastest.
 module transfer_gather
   use base_kinds, only: nlane, rp
-  use base_system, only: fetch_some
+  use base_system, only: prefetch_lines
   use transfer_kernels, only: g2p_one, run_length
   implicit none (type, external)
   private
@@ -195,7 +195,7 @@ contains
     integer :: f, i, k
 
     do k = 1, lanes%n_sloped
-      call fetch_some(lines_per_eight)
+      call prefetch_lines(lines_per_eight)
       f = lanes%sloped + k - 1
       !$omp simd private(a0, a1, a2, a3, x0, x1, y0, y1, y2)
       do i = p, p + 7
@@ -203,7 +203,7 @@ contains
       end do
     end do
     do k = 1, lanes%n_plain
-      call fetch_some(lines_per_eight)
+      call prefetch_lines(lines_per_eight)
       f = lanes%plain + k - 1
       !$omp simd
       do i = p, p + 7
@@ -223,7 +223,7 @@ contains
     integer :: f, i, k
 
     do k = 1, lanes%n_sloped
-      call fetch_some(lines_per_eight/2)
+      call prefetch_lines(lines_per_eight/2)
       f = lanes%sloped + k - 1
       !$omp simd private(a0, a1, a2, a3, x0, x1, y0, y1, y2)
       do i = p, p + 3
@@ -231,7 +231,7 @@ contains
       end do
     end do
     do k = 1, lanes%n_plain
-      call fetch_some(lines_per_eight/2)
+      call prefetch_lines(lines_per_eight/2)
       f = lanes%plain + k - 1
       !$omp simd
       do i = p, p + 3

@@ -11,7 +11,7 @@
 !> not needed are 0 in the transfer to the grid and not read in the transfer back.
 module transfer_kernels
   use base_kinds, only: nlane, rp
-  use base_system, only: fetch_some
+  use base_system, only: prefetch_lines
   implicit none (type, external)
   private
 
@@ -114,7 +114,7 @@ contains
     sx = stride(1)
     sy = stride(2)
     q = first(p)
-    call fetch_some(4)
+    call prefetch_lines(4)
 #define ROW(J, Q) \
         t1 = g(f, Q); t2 = g(f, Q+1); t3 = g(f, Q+2); \
         x0 = w(p, 7)*t1 + w(p, 8)*t2 + w(p, 9)*t3; \

@@ -10,7 +10,7 @@ module transfer_scatter
   use base_errors, only: fatal
 #endif
   use base_kinds, only: nlane, rp
-  use base_system, only: fetch_some
+  use base_system, only: prefetch_lines
   use transfer_kernels, only: p2g_slopes, p2g_values, run_length, to_slopes
   implicit none (type, external)
   private
@@ -62,7 +62,7 @@ contains
     do while (p <= n)
       m = run_length(min(max_run, n - p + 1), first(p))
       if (m < min_run) m = 1
-      call fetch_some(2*m)
+      call prefetch_lines(2*m)
       if (m == 1) then
         if (with_values) call p2g_values(p, w, first(p), rec, stride, nn, g)
         if (all_lanes) call p2g_slopes(to_slopes, 8, p, w, first(p), rec, stride, nn, g)
@@ -71,7 +71,7 @@ contains
         if (all_lanes) call p2g_slopes_run(p, m, w, first(p), rec(to_slopes, 1, 1), stride, &
                                            g(to_slopes, 1))
       end if
-      call fetch_some(2*m)
+      call prefetch_lines(2*m)
       p = p + m
     end do
   end subroutine p2g_lanes
@@ -88,16 +88,16 @@ contains
     do while (p <= n)
       m = run_length(min(max_run, n - p + 1), first(p))
       if (m < min_run .or. n_sloped /= 4) m = 1
-      call fetch_some(2*m)
+      call prefetch_lines(2*m)
       if (m == 1) then
         call p2g_slopes(1, 4, p, moment, first(p), rec, stride, nn, g)
         call p2g_slopes(5, 8, p, w, first(p), rec, stride, nn, g)
       else
         call p2g_slopes_run(p, m, moment, first(p), rec(1, 1, 1), stride, g(1, 1))
-        call fetch_some(m)
+        call prefetch_lines(m)
         call p2g_slopes_run(p, m, w, first(p), rec(5, 1, 1), stride, g(5, 1))
       end if
-      call fetch_some(2*m)
+      call prefetch_lines(2*m)
       p = p + m
     end do
   end subroutine p2g_affine_block

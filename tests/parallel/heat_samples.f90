@@ -6,7 +6,7 @@ module heat_samples
   use grid_geometry, only: make_grid
   use heat_conduction, only: conduct
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_temp, make_tag, n_fields
-  use run_balance, only: first_partition
+  use run_balance, only: make_first_partition
   use run_regrid, only: regrid
   use simulation_parts, only: simulation_t
   use tools_tool, only: tool_t
@@ -80,7 +80,7 @@ contains
     sim%particles%nblk = b
     call sim%prepare_scratch()
     sim%world = world
-    call first_partition(sim)
+    call make_first_partition(sim)
     call regrid(sim)
   end subroutine build
 

@@ -7,7 +7,7 @@ module step_samples
   use grid_geometry, only: make_grid
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_temp, f_vel, make_tag, tag_id
   use physics_flow_law, only: flow_law_t, n_work
-  use run_balance, only: first_partition
+  use run_balance, only: make_first_partition
   use run_regrid, only: regrid
   use simulation_clamp, only: clamp_t
   use simulation_conditions, only: append_clamp, symmetry_t
@@ -284,7 +284,7 @@ contains
 
     sim%world = world
     call sim%prepare_scratch()
-    call first_partition(sim)
+    call make_first_partition(sim)
     call regrid(sim)
   end subroutine settle
 

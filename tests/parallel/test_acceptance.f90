@@ -82,7 +82,7 @@ contains
       end if
       call set_velocity(sim%nodes, 0.99_rp*most/dt*way, at_rest, sim%nodes%g(:, :, 1))
       taken = dt
-      sim%step%asked_dt = dt
+      sim%step%attempted_dt = dt
       call expect('99 % of half a cell', .not. is_refused(sim, taken, stands))
       call expect('a rank can see that', stands)
       call expect_close('a step that stands', taken, dt)
@@ -117,7 +117,7 @@ contains
       end if
       if (k == 6 .and. world%rank == world%size - 1) sim%step%last%speed2 = fast**2
       taken = dt
-      sim%step%asked_dt = dt
+      sim%step%attempted_dt = dt
       call expect('who counts', is_refused(sim, taken) .eqv. (k < 4 .or. k == 6))
       if (k == 6) call expect('the speed of particles is in the shorter step', &
                               sim%step%last%speed2 <= 0.0_rp)
@@ -166,7 +166,7 @@ contains
       case default                           ! sound
       end select
       taken = dt
-      sim%step%asked_dt = dt
+      sim%step%attempted_dt = dt
       call expect('what is refused', is_refused(sim, taken) .eqv. k >= 5)
       call expect('what is broken', sim%step%is_broken .eqv. (k /= 1 .and. k /= 5))
     end do
@@ -303,7 +303,7 @@ contains
       ps = sim%particles%ps
       budget = sim%budget
       clock = sim%clock
-      sim%step%asked_dt = dt
+      sim%step%attempted_dt = dt
       taken = dt
       if (k == 3) taken = 1.0e-7_rp
       call save_state(sim)

@@ -118,7 +118,7 @@ contains
       apart = 0.0_rp                           ! nor may they part
     else if (wanted + closing > 0.0_rp) then
       if (law%kind == law_stick) slip = 0.0_rp
-      if (law%kind == law_coulomb) slip = slip*max(0.0_rp, 1.0_rp - law%friction &
+      if (law%kind == law_coulomb) slip = slip*max(0.0_rp, 1.0_rp - law%friction_coefficient &
                                                    *(wanted + closing)/norm2(slip))
       apart = wanted*n + slip
     end if

@@ -15,7 +15,7 @@ program test_heat_alone
   use heat_sources, only: heat_source_t, kind_disc, kind_stir
   use input_reading, only: read_input_text
   use input_values, only: input_t
-  use setup_cut_cells, only: cut_cells, mesh_of
+  use setup_cut_cells, only: cut_cells, make_mesh
   use setup_heat_sources, only: read_heat_sources
   use setup_keys, only: key_table
   use setup_solids, only: solid_sphere, solid_t, solids_t
@@ -168,7 +168,7 @@ contains
                      solid_t(lower=[2.1_rp, 3.3_rp, 4.7_rp], upper=[4.2_rp, 5.1_rp, 6.3_rp], &
                              adds=.false.)]
     list(2)%solid = [solid_t(lower=[6.2_rp, 1.2_rp, 0.8_rp], upper=[9.1_rp, 5.9_rp, 9.9_rp])]
-    call mesh_of(world, h, list, mesh)
+    call make_mesh(world, h, list, mesh)
     do a = 1, 3
       ok = .true.
       associate (x => pick(mesh, a), n => mesh%n(a))
@@ -398,7 +398,7 @@ contains
         step%tolerance = 1.5_rp*error*y(1)
         call step%start(heat)
         call step%advance(heat, t, 1.0e9_rp*dt)
-        call expect('a step that is good enough', step%steps == 1 .and. step%rejected == 0)
+        call expect('a step that is good enough', step%steps == 1 .and. step%refused == 0)
         call expect_close('the next step', step%next, 0.8_rp*dt*1.5_rp**(1.0_rp/merge(2.0_rp, &
                           3.0_rp, method(i) == backward_euler)), rtol=merge(1.0e-6_rp, &
                           0.06_rp, method(i) == rkl2))
@@ -416,7 +416,7 @@ contains
 
     allocate (list(1)%solid(1), heat%source(0))
     list(1)%solid(1) = solid_t(upper=h*[12.0_rp, 4.0_rp, 5.0_rp])
-    call mesh_of(world, [h, h, h], list, heat%mesh)
+    call make_mesh(world, [h, h, h], list, heat%mesh)
     call cut_cells(list, heat%mesh, cuts)
     heat%conductivity = [3.0_rp]
     heat%property = make_property(2.0_rp, [298.0_rp], [3.0_rp], [298.0_rp], [3.0_rp])

@@ -72,7 +72,7 @@ contains
     allocate (plane_t :: tool%shape)
     tool%axes = reshape([(merge(1.0_rp, 0.0_rp, mod(k, 4) == 0), k=0, 8)], [3, 3])
     call tool%heat%make_lumped(capacity, start)
-    tool%heat%conductance = conductance
+    tool%heat%gap_coefficient = conductance
     tool%heat%place = n_fields + 1
   end function lump
 
@@ -119,10 +119,12 @@ contains
     taken = sim%budget%sums(e_tool)
     call world%sum(taken)
     associate (tool => sim%tool(1)%heat)
-      call expect_close('plate and tool even out', content(sim)/plate - (tool%face - 300.0_rp), &
+      call expect_close('plate and tool even out', &
+                        content(sim)/plate - (tool%face_temperature - 300.0_rp), &
                         100.0_rp*exp(-through*(1.0_rp/plate + 1.0_rp/capacity)*t), rtol=0.01_rp)
       call expect_close('what the plate loses', before - content(sim), taken(1), rtol=1.0e-9_rp)
-      call expect_close('the tool gets', capacity*(tool%face - 300.0_rp), taken(1), rtol=1.0e-9_rp)
+      call expect_close('the tool gets', capacity*(tool%face_temperature - 300.0_rp), taken(1), &
+                        rtol=1.0e-9_rp)
       call expect_close('and says', tool%gained, taken(1), rtol=1.0e-12_rp)
     end associate
     call free_simulation(sim)

@@ -305,7 +305,7 @@ contains
     call table%open(world, path, 'a title', columns, -1_i8, 0.0_rp, error)
     do k = 1, 4
       t = real(k, rp)/3.0_rp
-      call table%row([t, -1.0e-120_rp*k])
+      call table%write_row([t, -1.0e-120_rp*k])
     end do
     call table%close(error)
     call expect_no_error('table is written', error)
@@ -314,7 +314,7 @@ contains
                                      '3.333333333333E-01,-1.') == 1)
     call put(world, path, text//'1.3')
     call table%open(world, path, 'a title', columns, 2_i8, 2.0_rp/3.0_rp, error)
-    call table%row([9.0_rp, 1.0_rp])
+    call table%write_row([9.0_rp, 1.0_rp])
     call table%close(error)
     call expect_no_error('table is continued', error)
     text = contents(world, path)

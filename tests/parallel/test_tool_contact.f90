@@ -90,7 +90,7 @@ contains
     sim%clock%mass_scaling = m%mass_scaling
     sim%scene%method%scales_light_nodes = m%mass_scaling > 1.0_rp
     tool = plane_tool(normal_of(m))
-    tool%friction = m%friction
+    tool%friction_coefficient = m%friction
     tool%friction_law%shear_limit = m%limits_shear
     place = h*u - m%gap*normal_of(m)
     if (m%side < 0) place = place + 2.0_rp*h

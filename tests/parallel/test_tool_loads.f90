@@ -45,7 +45,7 @@ contains
       if (mod(i, 2) == 0) call add_clamp(sim, [-far, -far, -far], [2.0_rp, far, far], &
                                          [.true., i > 4, .true.], [1.0_rp, -2.0_rp, 3.0_rp])
       sim%scene%material(1)%plastic_heat = merge(1.0_rp, 0.4_rp, i < 7)
-      if (i > 6) sim%tool(1)%friction = 50.0_rp
+      if (i > 6) sim%tool(1)%friction_coefficient = 50.0_rp
       call settle_plate(world, sim)
       centre = 0.5_rp*(sim%tool(1)%position + sim%tool(1)%start)
       call gather_nodes(world, sim, sim%nodes%g(:, :, 1), g1)

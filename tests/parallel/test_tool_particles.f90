@@ -14,7 +14,7 @@ program test_tool_particles
   use step_samples, only: add_tool, box_tool, fill, h, make_flow, noise, number_of, plane_tool, &
                           room_temperature, settle, shake, shoulder_tool, sphere_tool, start_scene
   use tool_samples, only: middle, settle_plate, start_plate, touch, touch_dt
-  use tools_law, only: normal_velocity, of_pressure, of_slip, of_temperature
+  use tools_law, only: find_closing_velocity, of_pressure, of_slip, of_temperature
   use tools_tool, only: rigid_t, s_force
   implicit none (type, external)
 
@@ -64,7 +64,7 @@ contains
         call add_tool(sim, shoulder_tool(2.0_rp*h, [0.0_rp, 0.1_rp, sqrt(0.99_rp)]), &
                       h*[2.2_rp, 2.6_rp, 2.0_rp + 0.01_rp*i] - later*w, w, 2.0e4_rp)
       end select
-      if (mod(i, 4) < 2) sim%tool(1)%friction = 0.2_rp
+      if (mod(i, 4) < 2) sim%tool(1)%friction_coefficient = 0.2_rp
       call fill(world, sim, 1, [0.1_rp, 0.3_rp, -0.3_rp], [5.1_rp, 5.3_rp, 1.7_rp], 2)
       call shake(sim, 0.0_rp, 0.4_rp)
       call settle(world, sim)
@@ -121,12 +121,13 @@ contains
                                               *(1.0_rp - merge(abs(normal), 0.0_rp, at_surface)))
         call sim%tool(1)%distance(x + dt*u, gap, normal, room)
         gap = gap - half
-        call normal_velocity(dt, dt, zone, &
-                             60.0_rp*h/sqrt(sim%clock%stiffness), &
-                             3.0e-3_rp*sqrt(sim%clock%stiffness), gap, normal, &
-                             u - rigid%velocity_at(x - half*normal + 0.5_rp*dt*u), closing, slip)
+        call find_closing_velocity(dt, dt, zone, &
+                                   60.0_rp*h/sqrt(sim%clock%stiffness), &
+                                   3.0e-3_rp*sqrt(sim%clock%stiffness), gap, normal, &
+                                   u - rigid%velocity_at(x - half*normal + 0.5_rp*dt*u), closing, &
+                                   slip)
         touches = gap < zone .and. closing > 0.0_rp
-        is_near = at_surface .and. sim%tool(1)%friction > 0.0_rp .and. gap < half
+        is_near = at_surface .and. sim%tool(1)%friction_coefficient > 0.0_rp .and. gap < half
         n = n + merge([1, 0], [0, 1], touches)
         is_listed = .false.
         do c = 1, sim%contact%n
@@ -363,7 +364,7 @@ contains
         table%of = kind(1 + mod(i, 3))
         table%at = [0.0_rp, 1.0e3_rp]
         if (table%of == of_pressure) table%at = [0.0_rp, 1.0e9_rp]
-        table%mu = [0.1_rp, 1.1_rp]
+        table%coefficient = [0.1_rp, 1.1_rp]
       end associate
       call settle_plate(world, sim)
       call random_number(tau)
@@ -388,7 +389,7 @@ contains
           case default
             want = 1.0e-3_rp*norm2(t%slip)
           end select
-          off = max(off, abs(t%mu - 0.1_rp - max(0.0_rp, want)))
+          off = max(off, abs(t%coulomb_factor - 0.1_rp - max(0.0_rp, want)))
         end associate
       end do
       call expect_close('friction by the state', off, 0.0_rp, atol=1.0e-10_rp)

@@ -42,8 +42,8 @@ contains
       call add_tool(sim, shoulder_tool(1.8_rp*h, [-0.1_rp, 0.0_rp, sqrt(0.99_rp)]), &
                     [middle, 2.0_rp*h], w, 4.0e3_rp)
     end select
-    sim%tool(1)%friction = 0.3_rp
-    sim%tool(1)%heat_fraction = 0.7_rp
+    sim%tool(1)%friction_coefficient = 0.3_rp
+    sim%tool(1)%fixed_heat_share = 0.7_rp
   end subroutine start_plate
 
   !> Particles of the plate; nodes with random velocities and changes of them, held by clamps.

@@ -4,9 +4,10 @@
 program test_conduction
   use base_kinds, only: nlane, rp
   use check, only: begin_tests, end_tests, expect_close
-  use transfer_conduction, only: boundary_rates, capacity_to_grid, film_to_grid, flux_to_grid, &
-                                 heat_particles, largest_rate, nodal_pressure, nodal_temperature, &
-                                 pressure_to_grid, surface_to_grid, temperature_increment
+  use transfer_conduction, only: capacity_to_grid, compute_boundary_rates, compute_increment, &
+                                 compute_nodal_pressure, compute_nodal_temperature, film_to_grid, &
+                                 flux_to_grid, heat_particles, largest_rate, pressure_to_grid, &
+                                 surface_to_grid
   use transfer_scatter, only: p2g_affine_block
   use transfer_weights, only: block_weights, moment_weights, own_weights
   implicit none (type, external)
@@ -129,7 +130,7 @@ contains
     call compare('waiting heat', g(3, :), before(3, :) + to_nodes(0, heat))
     call compare('lane 4', g(4, :), before(4, :))
     call compare('lanes that capacity leaves alone', [g(5:, :)], [before(5:, :)])
-    call nodal_temperature(nn, g)
+    call compute_nodal_temperature(nn, g)
     call compare('nodal temperature', g(4, :), g(2, :)/g(1, :))
     call compare('nodal temperature, second copy', g(5, :), g(4, :))
   end subroutine test_capacity
@@ -145,7 +146,7 @@ contains
       call compare('pressure', g(5 + a, :), -to_nodes(0, mass*c_p*tau(:, a)/j))
     end do
     call compare('lanes that pressure leaves alone', [g(2:5, :)], spread(0.0_rp, 1, 4*nn))
-    call nodal_pressure(nn, g)
+    call compute_nodal_pressure(nn, g)
     call compare('nodal pressure', g(6, :)*g(1, :), -to_nodes(0, mass*c_p*tau(:, 1)/j))
   end subroutine test_pressure
 
@@ -201,7 +202,7 @@ contains
     call random_number(flux)
     g(1, ::3) = 0.0_rp
     old = flux
-    call boundary_rates(nn, g, flux)
+    call compute_boundary_rates(nn, g, flux)
     call compare('rates', flux(4, :), merge(old(6, :)/max(g(1, :), tiny(1.0_rp)), 0.0_rp, &
                                             g(1, :) > 0.0_rp))
     call compare('lanes that rates leave alone', [flux([1, 2, 3, 5, 6, 7, 8], :)], &
@@ -218,7 +219,7 @@ contains
     call random_number(g)
     call random_number(flux)
     old = g
-    call temperature_increment(nn, flux, g)
+    call compute_increment(nn, flux, g)
     call compare('temperature before', g(8, :), old(5, :))
     call compare('increment', g(5, :), (flux(5, :) + old(3, :))/old(1, :))
     call compare('temperature after', g(6, :), old(5, :) + g(5, :))

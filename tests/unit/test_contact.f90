@@ -3,7 +3,7 @@
 program test_contact
   use base_kinds, only: nlane, pi, rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use tools_law, only: friction_law_t, normal_velocity
+  use tools_law, only: find_closing_velocity, friction_law_t
   use tools_motion, only: phase_t
   use tools_shape_box, only: box_shape_t
   use tools_shape_plane, only: plane_t
@@ -47,8 +47,8 @@ contains
     tool%start = [0.01_rp, 0.02_rp, 0.012_rp]
     tool%frame = reshape([cos(tilt), 0.0_rp, sin(tilt), 0.0_rp, 1.0_rp, 0.0_rp, &
                           -sin(tilt), 0.0_rp, cos(tilt)], [3, 3])
-    tool%friction = 0.4_rp
-    tool%heat_fraction = 0.8_rp
+    tool%friction_coefficient = 0.4_rp
+    tool%fixed_heat_share = 0.8_rp
     allocate (tool%motion%phase(1))
     tool%motion%phase(1) = phase_t(velocity=[1.8e-3_rp, 0.0_rp, -0.1_rp], spin=100.0_rp, &
                                    ramp=0.02_rp)
@@ -60,7 +60,7 @@ contains
 
     allocate (plane_t :: tool%shape)
     tool%frame = unit
-    tool%friction = 0.3_rp
+    tool%friction_coefficient = 0.3_rp
     allocate (tool%motion%phase(1))
     tool%motion%phase(1) = phase_t(velocity=velocity, spin=spin)
     call tool%move_to(0.0_rp)
@@ -132,13 +132,14 @@ contains
       v = points%v(p, :)
       m = points%mass(p)
       call tool%distance(x + dt*v, gap, normal, room)
-      call normal_velocity(dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, gap - reach, normal, &
-                           v - rigid%velocity_at(x), closing, slip)
+      call find_closing_velocity(dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, gap - reach, normal, &
+                                 v - rigid%velocity_at(x), closing, slip)
       if (gap < reach .and. closing > 0.0_rp) then
         shear = huge(1.0_rp)
         if (points%flow(p) > 0.0_rp) shear = dt*points%flow(p)*area/sqrt(3.0_rp)
         points%push(p, :) = m*closing*normal
-        points%hold(p, :) = -law%friction(m*slip, tool%friction*m*closing, shear, shear)*m*slip
+        points%hold(p, :) = -law%friction(m*slip, tool%friction_coefficient*m*closing, shear, &
+                                          shear)*m*slip
         points%v(p, :) = v + (points%push(p, :) + points%hold(p, :))/m
         call tool%record_impulse(rigid, x, points%push(p, :), points%hold(p, :), &
                                0.5_rp*(v + points%v(p, :)))
@@ -175,33 +176,39 @@ contains
     real(rp), parameter :: up(3) = [0.0_rp, 0.0_rp, 1.0_rp], rest(3) = 0.0_rp
     real(rp) :: closing, slip(3)
 
-    call normal_velocity(dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, -3.0e-6_rp, up, -2.0e-6_rp/dt*up, &
-                         closing, slip)
+    call find_closing_velocity(dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, -3.0e-6_rp, up, &
+                               -2.0e-6_rp/dt*up, &
+                               closing, slip)
     call expect_close('taken back in a step', closing*dt, 3.0e-6_rp)
-    call normal_velocity(0.01_rp*dt, dt, 0.0_rp, dt, 0.0_rp, -1.02e-6_rp, up, -2.0e-6_rp/dt*up, &
-                         closing, slip)
+    call find_closing_velocity(0.01_rp*dt, dt, 0.0_rp, dt, 0.0_rp, -1.02e-6_rp, up, &
+                               -2.0e-6_rp/dt*up, &
+                               closing, slip)
     call expect_close('no kick in a short step', (closing - 2.0e-6_rp/dt)*dt, &
                       1.0e-6_rp + 0.99e-6_rp)
-    call normal_velocity(dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, -1.0e-6_rp, up, rest, closing, slip)
+    call find_closing_velocity(dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, -1.0e-6_rp, up, rest, closing, &
+                               slip)
     call expect_close('no kick at rest', closing*100.0_rp*dt, 1.0e-6_rp)
-    call normal_velocity(dt, dt, 0.0_rp, 100.0_rp*dt, 0.5e-6_rp/dt, -1.0e-6_rp, up, rest, &
-                         closing, slip)
+    call find_closing_velocity(dt, dt, 0.0_rp, 100.0_rp*dt, 0.5e-6_rp/dt, -1.0e-6_rp, up, rest, &
+                               closing, slip)
     call expect_close('its pace at rest', closing*dt, 0.505e-6_rp)
-    call normal_velocity(dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, -12.0e-6_rp, up, -2.0e-6_rp/dt*up, &
-                         closing, slip)
+    call find_closing_velocity(dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, -12.0e-6_rp, up, &
+                               -2.0e-6_rp/dt*up, &
+                               closing, slip)
     call expect_close('as fast as it comes', closing*dt, 4.08e-6_rp)
-    call normal_velocity(0.01_rp*dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, &
-                         0.5e-6_rp - 0.01e-6_rp*100.0_rp, up, -100.0_rp*up, closing, slip)
+    call find_closing_velocity(0.01_rp*dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, &
+                               0.5e-6_rp - 0.01e-6_rp*100.0_rp, up, -100.0_rp*up, closing, slip)
     call expect_close('a gap is closed in a short step', (100.0_rp - closing)*0.01_rp*dt, 0.5e-6_rp)
-    call normal_velocity(dt, 100.0_rp*dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, -0.5e-6_rp, up, 2.0_rp*up, &
-                         closing, slip)
+    call find_closing_velocity(dt, 100.0_rp*dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, -0.5e-6_rp, up, &
+                               2.0_rp*up, &
+                               closing, slip)
     call expect('no pull on a point that comes out', closing < 0.0_rp)
     call expect_close('slip along the surface', norm2(slip), 0.0_rp)
-    call normal_velocity(dt, dt, 2.0e-6_rp, 100.0_rp*dt, 0.0_rp, 3.0e-6_rp - 10.0_rp*dt, up, &
-                         -10.0_rp*up, closing, slip)
+    call find_closing_velocity(dt, dt, 2.0e-6_rp, 100.0_rp*dt, 0.0_rp, 3.0e-6_rp - 10.0_rp*dt, up, &
+                               -10.0_rp*up, closing, slip)
     call expect_close('slow through the soft zone', (10.0_rp - closing)*dt, 1.02e-6_rp)
-    call normal_velocity(dt, dt, 2.0e-6_rp, 100.0_rp*dt, 0.0_rp, 1.0e-6_rp - 0.005e-6_rp, up, &
-                         -0.005e-6_rp/dt*up, closing, slip)
+    call find_closing_velocity(dt, dt, 2.0e-6_rp, 100.0_rp*dt, 0.0_rp, 1.0e-6_rp - 0.005e-6_rp, &
+                               up, &
+                               -0.005e-6_rp/dt*up, closing, slip)
     call expect('slower than that is free', closing < 0.0_rp)
   end subroutine test_penetration
 
@@ -278,7 +285,7 @@ contains
     integer :: p
 
     tool = plane_tool([0.3_rp, -0.2_rp, 0.4_rp], 50.0_rp)
-    tool%heat_fraction = 0.8_rp
+    tool%fixed_heat_share = 0.8_rp
     call random_points(points, 1.0e-6_rp, 1.0_rp)
     before = points
     call step(tool, 0.0_rp, points)

@@ -5,7 +5,7 @@ program test_coupled
   use base_kinds, only: nlane, rp
   use check, only: begin_tests, end_tests, expect, expect_close
   use physics_material, only: material_t
-  use physics_stress, only: elastic_stress, stress_block, stress_sums_t
+  use physics_stress, only: advance_stress, compute_elastic_stress, stress_sums_t
   implicit none (type, external)
 
   real(rp) :: none(nlane, 0)   !! no internal variables
@@ -84,7 +84,7 @@ contains
     real(rp) :: b(nlane, 6), j(nlane), t(nlane, 6)
 
     call state_of(f, b, j)
-    call elastic_stress(rubber, nlane, still, b, j, t, wave2)
+    call compute_elastic_stress(rubber, nlane, still, b, j, t, wave2)
     tau = reshape(t(5, [1, 4, 6, 4, 2, 5, 6, 5, 3]), [3, 3])
   end subroutine stress_of
 
@@ -158,8 +158,9 @@ contains
     flow = 0.0_rp
     mass = rubber%rho
     do i = 1, steps
-      call stress_block(rubber, nlane, 1.0_rp/steps, l, still, mass, b, j, alpha, temp, tau, rate, &
-                        flow, 0, none, sums)
+      call advance_stress(rubber, nlane, 1.0_rp/steps, l, still, mass, b, j, alpha, temp, tau, &
+                          rate, &
+                          flow, 0, none, sums)
     end do
   end subroutine carry
 
@@ -279,8 +280,8 @@ contains
     temp = still + 400.0_rp
     call state_of(f, b, before)
     after = before*(1.0_rp + change)
-    call elastic_stress(material, nlane, temp, b, before, tau, unused)
-    call elastic_stress(material, nlane, temp, b, after, new, unused)
+    call compute_elastic_stress(material, nlane, temp, b, before, tau, unused)
+    call compute_elastic_stress(material, nlane, temp, b, after, new, unused)
     call material%change_volume(3, mass, temp, b, before, after, tau, energy)
     want = material%elastic_energy(3, mass, temp, after, b) &
            - material%elastic_energy(3, mass, temp, before, b)

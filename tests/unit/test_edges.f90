@@ -5,9 +5,9 @@ program test_edges
   use base_kinds, only: pi, rp
   use check, only: begin_tests, end_tests, expect, expect_close
   use tools_mesh, only: surface_mesh_t
-  use tools_mesh_drawing, only: surface_of
+  use tools_mesh_drawing, only: triangulate_surface
   use tools_shape, only: no_edge
-  use tools_shape_cuts, only: cut_pin_shape_t, mesh_of
+  use tools_shape_cuts, only: cut_pin_shape_t, make_mesh
   use tools_shape_shoulder, only: new_shoulder, shoulder_t
   implicit none (type, external)
 
@@ -122,8 +122,8 @@ contains
                             tip_radius=2.0e-3_rp, pin_length=5.0e-3_rp)
     shape%n_flats = 3
     shape%flat_depth = 0.5e-3_rp
-    call mesh_of(shape, mesh)
-    call surface_of(mesh%facets, mesh%ridges%patch, x, corner)
+    call make_mesh(shape, mesh)
+    call triangulate_surface(mesh%facets, mesh%ridges%patch, x, corner)
     low = minval(x, dim=2)
     high = maxval(x, dim=2)
     do draw = 1, 20

@@ -4,7 +4,7 @@ program test_elastic
   use base_kinds, only: nlane, pi, rp
   use check, only: begin_tests, end_tests, expect, expect_close
   use physics_material, only: material_t
-  use physics_stress, only: stress_block, stress_sums_t
+  use physics_stress, only: advance_stress, stress_sums_t
   implicit none (type, external)
 
   real(rp) :: none(nlane, 0)   !! no internal variables
@@ -62,8 +62,8 @@ contains
     real(rp) :: t_node(nlane)
 
     t_node = blk%temp
-    call stress_block(copper, nlane, dt, blk%l, t_node, blk%mass, blk%b, blk%j, blk%alpha, &
-                      blk%temp, blk%tau, blk%rate, blk%flow, 0, none, mine)
+    call advance_stress(copper, nlane, dt, blk%l, t_node, blk%mass, blk%b, blk%j, blk%alpha, &
+                        blk%temp, blk%tau, blk%rate, blk%flow, 0, none, mine)
     if (present(sums)) sums = mine
   end subroutine advance
 

@@ -8,7 +8,7 @@ program test_element
   use physics_law_norton, only: norton_t
   use physics_material, only: material_t
   use physics_return_map, only: default_min_rate, return_map
-  use physics_stress, only: stress_block, stress_sums_t
+  use physics_stress, only: advance_stress, stress_sums_t
   implicit none (type, external)
 
   real(rp) :: none(nlane, 0)   !! no internal variables
@@ -62,8 +62,8 @@ contains
     real(rp) :: t_node(nlane)
 
     t_node = blk%temp
-    call stress_block(material, nlane, dt, blk%l, t_node, blk%mass, blk%b, blk%j, blk%alpha, &
-                      blk%temp, blk%tau, blk%rate, blk%flow, 0, none, sums)
+    call advance_stress(material, nlane, dt, blk%l, t_node, blk%mass, blk%b, blk%j, blk%alpha, &
+                        blk%temp, blk%tau, blk%rate, blk%flow, 0, none, sums)
     call expect('the return converges', sums%failed == 0)
   end subroutine advance
 

@@ -12,7 +12,7 @@ program test_friction
 
   call begin_tests()
   table%at = [300.0_rp, 500.0_rp, 900.0_rp]
-  table%mu = [0.4_rp, 0.3_rp, 0.1_rp]
+  table%coefficient = [0.4_rp, 0.3_rp, 0.1_rp]
   temp = [(250.0_rp + 12.0_rp*p, p=1, nlane)]
   pressure = temp(nlane:1:-1)
   slip = 1.3_rp*temp
@@ -31,7 +31,7 @@ program test_friction
   call table%coefficients(nlane, temp, pressure, slip, mu)
   call expect('by speed, constant at the ends', mu(nlane) <= 0.1_rp .and. mu(1) < want(1))
   table%at = [1.0_rp]
-  table%mu = [0.25_rp]
+  table%coefficient = [0.25_rp]
   call table%coefficients(nlane, temp, pressure, slip, mu)
   call expect('one point is a constant', all(abs(mu - 0.25_rp) <= 0.0_rp))
   call end_tests()

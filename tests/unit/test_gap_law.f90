@@ -3,8 +3,8 @@
 program test_gap_law
   use base_kinds, only: pi, rp
   use check, only: begin_tests, end_tests, expect_close
-  use tools_law, only: friction_law_t, law_coulomb, law_schmidt_hattel, law_shear_factor, &
-                         law_wanheim_bay, normal_velocity
+  use tools_law, only: find_closing_velocity, friction_law_t, law_coulomb, law_schmidt_hattel, &
+                       law_shear_factor, law_wanheim_bay
   implicit none (type, external)
 
   integer, parameter :: n_draws = 5000
@@ -47,7 +47,7 @@ contains
       v = any_size()*(v - 0.5_rp)
       before = any_size()*sign(1.0_rp, u(4) - 0.5_rp)
       gap = before + dt*dot_product(v, n)
-      call normal_velocity(dt, regular, slop, relaxation, recovery, gap, n, v, closing, slip)
+      call find_closing_velocity(dt, regular, slop, relaxation, recovery, gap, n, v, closing, slip)
       if (before >= 0.0_rp) then
         want = min(before, slop)*(1.0_rp - min(1.0_rp, dt/relaxation))
       else

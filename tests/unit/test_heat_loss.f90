@@ -36,12 +36,12 @@ contains
     call lump%make_lumped(capacity, 350.0_rp)
     before = lump%content()
     call lump%absorb(dt, power)
-    call expect_close('a step of a lump', lump%face, (capacity*350.0_rp + dt*(power &
+    call expect_close('a step of a lump', lump%face_temperature, (capacity*350.0_rp + dt*(power &
                       + cooling*coolant))/(capacity + dt*cooling))
     do k = 1, 500
       call lump%absorb(dt, power)
     end do
-    call expect_close('a lump at rest', lump%face, coolant + power/cooling)
+    call expect_close('a lump at rest', lump%face_temperature, coolant + power/cooling)
     call expect_close('what a lump got', lump%gained, 501.0_rp*dt*power)
     call expect_close('heat of a lump', lump%content() - before, lump%gained - lump%lost, &
                       rtol=1.0e-9_rp)
@@ -63,7 +63,8 @@ contains
     do step = 1, 400
       call rod%absorb(10.0_rp, power)
     end do
-    call expect_close('a rod at rest', rod%face, 280.0_rp + power*(length/(k*area) + 2.0_rp), &
+    call expect_close('a rod at rest', rod%face_temperature, &
+                      280.0_rp + power*(length/(k*area) + 2.0_rp), &
                       rtol=1.0e-9_rp)
     call expect_close('heat of a rod', rod%content() - before, rod%gained - rod%lost, &
                       rtol=1.0e-9_rp)
@@ -84,7 +85,8 @@ contains
     do step = 1, steps
       call rod%absorb(end/steps, q*area)
     end do
-    call expect_close('a rod without end', rod%face - 300.0_rp, 2.0_rp*q*sqrt(end/(pi*k*heat)), &
+    call expect_close('a rod without end', rod%face_temperature - 300.0_rp, &
+                      2.0_rp*q*sqrt(end/(pi*k*heat)), &
                       rtol=0.01_rp)
     call expect_close('it keeps what it gets', rod%content() - before, q*area*end, &
                       rtol=1.0e-6_rp)
@@ -93,18 +95,18 @@ contains
   !> The temperature that a face answers is that which it takes.
   subroutine test_answer()
     type(heat_sink_t) :: rod, lump
-    real(rp) :: dTface_dP, T_face0
+    real(rp) :: dt_face_dp, T_face0
 
     rod%cooling = 2.0_rp
     call rod%make_rod(1.0e-4_rp, 0.01_rp, 3.0e-4_rp, 25.0_rp, 3.6e6_rp, 400.0_rp)
     call rod%absorb(0.1_rp, 30.0_rp)
-    call rod%face_response(0.05_rp, T_face0, dTface_dP)
+    call rod%face_response(0.05_rp, T_face0, dt_face_dp)
     call rod%absorb(0.05_rp, 17.0_rp)
-    call expect_close('face of a rod', rod%face, T_face0 + 17.0_rp*dTface_dP)
+    call expect_close('face of a rod', rod%face_temperature, T_face0 + 17.0_rp*dt_face_dp)
     call lump%make_lumped(5.0_rp, 400.0_rp)
-    call lump%face_response(0.05_rp, T_face0, dTface_dP)
+    call lump%face_response(0.05_rp, T_face0, dt_face_dp)
     call expect_close('a lump alone stays', T_face0, 400.0_rp)
-    call expect_close('a lump gets warm by t/C', dTface_dP, 0.05_rp/5.0_rp)
+    call expect_close('a lump gets warm by t/C', dt_face_dp, 0.05_rp/5.0_rp)
   end subroutine test_answer
 
   !> The coefficient of a film by pressure: power law, table, nothing in tension.

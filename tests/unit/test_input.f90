@@ -42,13 +42,13 @@ program test_input
 contains
 
   !> Parse `text`, which must be good.
-  subroutine parse(text, input, sets)
+  subroutine parse(text, input, overrides)
     character(*), intent(in) :: text
     type(input_t), intent(out) :: input
-    character(*), intent(in), optional :: sets(:)
+    character(*), intent(in), optional :: overrides(:)
 
-    if (present(sets)) then
-      call read_input_text(key_table(), 't.nml', text, sets, input)
+    if (present(overrides)) then
+      call read_input_text(key_table(), 't.nml', text, overrides, input)
     else
       call read_input_text(key_table(), 't.nml', text, no_sets, input)
     end if

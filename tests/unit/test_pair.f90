@@ -3,8 +3,8 @@
 program test_pair
   use base_kinds, only: rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use tools_pair, only: is_apart, is_sliding, is_stuck, law_coulomb, law_frictionless, &
-                          law_stick, pair_impulse, pair_law_t, pair_loss
+  use tools_pair, only: compute_pair_impulse, compute_pair_loss, is_apart, is_sliding, is_stuck, &
+                        law_coulomb, law_frictionless, law_stick, pair_law_t
   implicit none (type, external)
 
   real(rp), parameter :: dt = 1.0e-6_rp, slack = 5.0e-5_rp
@@ -40,7 +40,7 @@ contains
       n = n/norm2(n)
       gap = dt*0.5_rp*(x(12) - 0.2_rp)
       law = pair_law_t(law_coulomb, 0.3_rp)
-      call pair_impulse(law, dt, gap, slack, 0.0_rp, n, 1.0_rp/m, v, impulse, state)
+      call compute_pair_impulse(law, dt, gap, slack, 0.0_rp, n, 1.0_rp/m, v, impulse, state)
       if (state == is_apart) then
         ok(1) = ok(1) .and. all(abs(impulse) <= 0.0_rp) &
                 .and. gap + dt*dot_product(v(:, 2) - v(:, 1), n) >= min(0.0_rp, gap) - 1.0e-18_rp
@@ -56,7 +56,7 @@ contains
       ok(3) = ok(3) .and. fn >= 0.0_rp .and. ft <= 0.3_rp*fn*(1.0_rp + 1.0e-12_rp)
       ok(4) = ok(4) .and. abs(max(gap, 0.0_rp) + dt*dot_product(after(:, 2) - after(:, 1), n)) &
               <= 1.0e-12_rp*dt
-      call pair_loss(n, impulse, 0.5_rp*(v + after), friction, pressing)
+      call compute_pair_loss(n, impulse, 0.5_rp*(v + after), friction, pressing)
       ok(5) = ok(5) .and. friction >= -1.0e-15_rp*m(1) .and. pressing >= -1.0e-15_rp*m(1)
       before_energy = 0.5_rp*(m(1)*sum(v(:, 1)**2) + m(2)*sum(v(:, 2)**2))
       after_energy = 0.5_rp*(m(1)*sum(after(:, 1)**2) + m(2)*sum(after(:, 2)**2))
@@ -78,11 +78,11 @@ contains
     integer :: state
 
     v = reshape([1.0_rp, 0.0_rp, 0.0_rp, -1.0_rp, 0.0_rp, 0.0_rp], [3, 2])
-    call pair_impulse(pair_law_t(law_coulomb, 0.3_rp), dt, 0.5e-6_rp, slack, 0.0_rp, &
-                      [1.0_rp, 0.0_rp, 0.0_rp], [1.0_rp, 1.0_rp], v, impulse, state)
+    call compute_pair_impulse(pair_law_t(law_coulomb, 0.3_rp), dt, 0.5e-6_rp, slack, 0.0_rp, &
+                              [1.0_rp, 0.0_rp, 0.0_rp], [1.0_rp, 1.0_rp], v, impulse, state)
     call expect_close('impulse', impulse(1), -0.75_rp, rtol=1.0e-14_rp)
-    call pair_impulse(pair_law_t(law_coulomb, 0.3_rp), dt, 2.1e-6_rp, slack, 0.0_rp, &
-                      [1.0_rp, 0.0_rp, 0.0_rp], [1.0_rp, 1.0_rp], v, impulse, state)
+    call compute_pair_impulse(pair_law_t(law_coulomb, 0.3_rp), dt, 2.1e-6_rp, slack, 0.0_rp, &
+                              [1.0_rp, 0.0_rp, 0.0_rp], [1.0_rp, 1.0_rp], v, impulse, state)
     call expect('wider than the way of a step', state == is_apart)
   end subroutine test_stop_at_gap_zero
 
@@ -96,13 +96,13 @@ contains
     integer :: i, state
 
     v = 0.0_rp
-    call pair_impulse(pair_law_t(law_coulomb, 0.3_rp), dt, -slack, slack, 0.1_rp, &
-                      [0.0_rp, 0.0_rp, 1.0_rp], [1.0_rp, 1.0_rp], v, impulse, state)
+    call compute_pair_impulse(pair_law_t(law_coulomb, 0.3_rp), dt, -slack, slack, 0.1_rp, &
+                              [0.0_rp, 0.0_rp, 1.0_rp], [1.0_rp, 1.0_rp], v, impulse, state)
     call expect('at rest in any overlap', state == is_apart)
     v(3, 1) = 2.0_rp
     do i = 1, 5
-      call pair_impulse(pair_law_t(law_frictionless), dt, gap(i)*slack, slack, surplus(i), &
-                        [0.0_rp, 0.0_rp, 1.0_rp], [1.0_rp, 1.0_rp], v, impulse, state)
+      call compute_pair_impulse(pair_law_t(law_frictionless), dt, gap(i)*slack, slack, surplus(i), &
+                                [0.0_rp, 0.0_rp, 1.0_rp], [1.0_rp, 1.0_rp], v, impulse, state)
       call expect_close('they stop, or part', impulse(3), -wanted(i), rtol=1.0e-12_rp)
     end do
   end subroutine test_overlap
@@ -113,12 +113,12 @@ contains
     integer :: state
 
     v = reshape([0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 2.0_rp, 3.0_rp], [3, 2])
-    call pair_impulse(pair_law_t(law_stick), dt, 0.5_rp*slack, slack, 0.0_rp, &
-                      [0.0_rp, 0.0_rp, 1.0_rp], [1.0_rp, 3.0_rp], v, impulse, state)
+    call compute_pair_impulse(pair_law_t(law_stick), dt, 0.5_rp*slack, slack, 0.0_rp, &
+                              [0.0_rp, 0.0_rp, 1.0_rp], [1.0_rp, 3.0_rp], v, impulse, state)
     call expect_close('impulse', norm2(impulse - 0.25_rp*v(:, 2)), 0.0_rp, atol=1.0e-15_rp)
     call expect('stuck', state == is_stuck)
-    call pair_impulse(pair_law_t(law_stick), dt, 1.1_rp*slack, slack, 0.0_rp, &
-                      [0.0_rp, 0.0_rp, 1.0_rp], [1.0_rp, 3.0_rp], v, impulse, state)
+    call compute_pair_impulse(pair_law_t(law_stick), dt, 1.1_rp*slack, slack, 0.0_rp, &
+                              [0.0_rp, 0.0_rp, 1.0_rp], [1.0_rp, 3.0_rp], v, impulse, state)
     call expect('apart', state == is_apart)
   end subroutine test_stick
 
@@ -128,13 +128,13 @@ contains
     integer :: state
 
     v = reshape([0.0_rp, 0.0_rp, 0.0_rp, 0.1_rp, 0.0_rp, -1.0_rp], [3, 2])
-    call pair_impulse(pair_law_t(law_coulomb, 0.2_rp), dt, 0.0_rp, slack, 0.0_rp, &
-                      [0.0_rp, 0.0_rp, 1.0_rp], [0.0_rp, 0.5_rp], v, impulse, state)
+    call compute_pair_impulse(pair_law_t(law_coulomb, 0.2_rp), dt, 0.0_rp, slack, 0.0_rp, &
+                              [0.0_rp, 0.0_rp, 1.0_rp], [0.0_rp, 0.5_rp], v, impulse, state)
     call expect_close('impulse', norm2(impulse - 2.0_rp*v(:, 2)), 0.0_rp, atol=1.0e-15_rp)
     call expect('sticks', state == is_stuck)
     v(1, 2) = 1.0_rp
-    call pair_impulse(pair_law_t(law_coulomb, 0.2_rp), dt, 0.0_rp, slack, 0.0_rp, &
-                      [0.0_rp, 0.0_rp, 1.0_rp], [0.0_rp, 0.5_rp], v, impulse, state)
+    call compute_pair_impulse(pair_law_t(law_coulomb, 0.2_rp), dt, 0.0_rp, slack, 0.0_rp, &
+                              [0.0_rp, 0.0_rp, 1.0_rp], [0.0_rp, 0.5_rp], v, impulse, state)
     call expect_close('friction', impulse(1), 0.4_rp, rtol=1.0e-14_rp)
     call expect('slides', state == is_sliding)
   end subroutine test_rigid
@@ -144,8 +144,8 @@ contains
     integer :: state
 
     v = reshape([0.0_rp, 0.0_rp, 0.0_rp, 0.1_rp, 0.0_rp, -1.0_rp], [3, 2])
-    call pair_impulse(pair_law_t(law_frictionless, 0.2_rp), dt, 0.0_rp, slack, 0.0_rp, &
-                      [0.0_rp, 0.0_rp, 1.0_rp], [1.0_rp, 1.0_rp], v, impulse, state)
+    call compute_pair_impulse(pair_law_t(law_frictionless, 0.2_rp), dt, 0.0_rp, slack, 0.0_rp, &
+                              [0.0_rp, 0.0_rp, 1.0_rp], [1.0_rp, 1.0_rp], v, impulse, state)
     call expect_close('impulse', norm2(impulse - [0.0_rp, 0.0_rp, -0.5_rp]), 0.0_rp, &
                       atol=1.0e-15_rp)
   end subroutine test_frictionless

@@ -7,7 +7,7 @@ program test_plastic
   use physics_law_johnson_cook, only: johnson_cook_t
   use physics_material, only: material_t
   use physics_return_map, only: default_min_rate
-  use physics_stress, only: stress_block, stress_sums_t
+  use physics_stress, only: advance_stress, stress_sums_t
   implicit none (type, external)
 
   real(rp) :: none(nlane, 0)   !! no internal variables
@@ -76,8 +76,8 @@ contains
 
     if (present(sums)) mine = sums
     t_node = blk%temp
-    call stress_block(material, nlane, dt, blk%l, t_node, blk%mass, blk%b, blk%j, blk%alpha, &
-                      blk%temp, blk%tau, blk%rate, blk%flow, 0, none, mine)
+    call advance_stress(material, nlane, dt, blk%l, t_node, blk%mass, blk%b, blk%j, blk%alpha, &
+                        blk%temp, blk%tau, blk%rate, blk%flow, 0, none, mine)
     if (present(sums)) sums = mine
     if (blk%is_isothermal) blk%temp = t_node
   end subroutine advance

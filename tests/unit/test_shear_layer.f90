@@ -278,7 +278,7 @@ contains
     particles%body(1) = 1
     call random_number(particles%ps)
     particles%ps(:, f_heat, 1) = 0.0_rp
-    tool%heat_fraction = share
+    tool%fixed_heat_share = share
     call random_number(rigid%centre)
     call random_number(rigid%velocity)
     call random_number(rigid%omega)

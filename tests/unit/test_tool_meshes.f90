@@ -8,11 +8,11 @@ program test_tool_meshes
   use check, only: begin_tests, end_tests, expect, expect_close
   use input_diagnostics, only: diagnostics_t
   use tools_mesh, only: surface_mesh_t, new_mesh
-  use tools_mesh_drawing, only: surface_of
+  use tools_mesh_drawing, only: triangulate_surface
   use tools_mesh_facets, only: cross, facets_t
   use tools_mesh_stl_file, only: read_stl
   use tools_shape, only: shape_t
-  use tools_shape_cuts, only: cut_pin_shape_t, mesh_of
+  use tools_shape_cuts, only: cut_pin_shape_t, make_mesh
   use tools_shape_shoulder, only: new_shoulder
   implicit none (type, external)
 
@@ -74,8 +74,8 @@ contains
     right = .true.
     n_in = 0
     do k = 1, 4
-      call mesh_of(random_cuts(k), mesh)
-      call surface_of(mesh%facets, mesh%ridges%patch, x, corner)
+      call make_mesh(random_cuts(k), mesh)
+      call triangulate_surface(mesh%facets, mesh%ridges%patch, x, corner)
       do i = 1, 100
         if (modulo(i, 2) == 0) then
           y = [random(-10.0e-3_rp, 10.0e-3_rp), random(-10.0e-3_rp, 10.0e-3_rp), &
@@ -156,7 +156,7 @@ contains
     type(cut_pin_shape_t), intent(in) :: shape
     type(surface_mesh_t) :: mesh
 
-    call mesh_of(shape, mesh)
+    call make_mesh(shape, mesh)
     volume_of = mesh%volume
   end function volume_of
 
@@ -244,7 +244,7 @@ contains
       shape%thread%pitch = 2.0e-3_rp
       shape%thread%rise = -hand
       call shape%thread%set_profile('square')
-      call mesh_of(shape, mesh)
+      call make_mesh(shape, mesh)
       angle = random(0.0_rp, 2.0_rp*pi)
       r = shape%pin_radius - 0.25e-3_rp
       z = -2.0e-3_rp + hand*shape%thread%pitch*angle/(2.0_rp*pi)   ! on a ridge
@@ -260,7 +260,7 @@ contains
     shape = plain()
     shape%n_flats = 2
     shape%flat_depth = 0.5e-3_rp
-    call mesh_of(shape, mesh)
+    call make_mesh(shape, mesh)
     call mesh%distance([2.6e-3_rp, 0.1e-3_rp, -3.0e-3_rp], d(1), normal, room)
     call expect_close('distance of a flat', d(1), 0.1e-3_rp, rtol=1.0e-9_rp)
     call expect_close('a flat looks ahead', normal(1), 1.0_rp, rtol=1.0e-12_rp)
