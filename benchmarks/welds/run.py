@@ -6,12 +6,13 @@
     build/venv/bin/python benchmarks/welds/run.py NAME --film 50 --friction 0.4 [--variant coarse] [--record]
     build/venv/bin/python benchmarks/welds/run.py --page
 
-The rule (docs/welds.md): library metal of welds that seizes on a tool of hot work steel, a steel backing plate behind the film of rough
-faces under pressure (1000 W/(m2 K) and 1800 more at 1 MPa), friction of 0.4 on it, cold sheet without end beyond the sides, the centre
-of the face 0.2 mm below the surface or half the metal below the rim of the tip. Cells: a third of the thickness up to 4 mm, else a
-quarter. Results are means of the last second. A variant has other cells or another mass scaling, for the numerical error;
---set changes one thing of the rule. --film (at 1 MPa) and --friction (Coulomb's, up to the strength of the metal) are recorded in rule.jsonl.
---page draws docs/pictures/welds.png from results.jsonl and prints what is off. docs/welds.md names the sources; what is reported stands
+The rule (docs/welds.md): library metal of welds, Coulomb friction of 0.4 up to the shear strength of the metal on a tool of hot work steel
+and on the anvil, a steel backing plate behind the film of rough faces under pressure (1000 W/(m2 K) and 1800 more at 1 MPa), an endless
+cold sheet beyond the sides, the centre of the face 0.2 mm below the surface or half the metal below the rim of the tip. Cells: 2/5 of the
+thickness up to 4 mm, else a third. Results are means of the last second of a travel of two radii of the shoulder. A variant has other
+cells or another mass scaling, for the numerical error; --set changes one key of the rule. --film (at 1 MPa), --friction (0: the metal
+seizes on the tool) and --travel are recorded in rule.jsonl.
+--page draws docs/pictures/welds.png from results.jsonl and prints the deviations. docs/welds.md names the sources; what is reported stands
 there and here as it is remembered.
 """
 
@@ -37,10 +38,12 @@ LIBRARY = ROOT / "share/stirpoint/materials.nml"
 PICTURE = ROOT / "docs/pictures/welds.png"
 RESULTS = pathlib.Path(__file__).with_name("results.jsonl")
 OF_RULE = pathlib.Path(__file__).with_name("rule.jsonl")
+FRICTION = 0.4
+TRAVEL = 2.0       # distance of travel [radii of the shoulder]
 FILM = 1800.0      # of rough faces at 1 MPa [W/(m2 K)], docs/heat.md
 # Cells over thin and thick sheets, of whole layers of particles, and mass scaling.
-RULE = (3, 4, 1e6)
-VARIANTS = {"coarse": (2.5, 3, 1e6), "fine": (4, 5, 1e6), "light": (3, 4, 3e5), "heavy": (3, 4, 3e6)}
+RULE = (2.5, 3, 1e6)
+VARIANTS = {"fine": (3, 4, 1e6), "finer": (4, 5, 1e6), "light": (2.5, 3, 3e5), "heavy": (2.5, 3, 3e6)}
 
 
 def weld(metal, thickness, shoulder, pin, length, rpm, speed, reported, tilt=2.0, concavity=0.0, probe=None,
@@ -78,20 +81,20 @@ def of_library(metal, key):
     return float(re.search(rf"\b{key} = ([\d.e+-]+)", entry).group(1))
 
 
-def text_of(name, variant, film=FILM, friction=None):
+def text_of(name, variant, film=FILM, friction=FRICTION, radii=TRAVEL):
     """The input of a weld."""
     w = WELDS[name]
     thin, thick, scaling = VARIANTS.get(variant, RULE)
     h = w["thickness"] / (thin if w["thickness"] <= 4.0 else thick)
     radius = w["shoulder"] / 2
-    size_x, size_y = h * round(5.0 * radius / h), 2 * h * round(2.25 * radius / h)    # walls on nodes
+    size_x, size_y = h * round((4.0 + radii) * radius / h), 2 * h * round(2.25 * radius / h)    # walls on nodes
     tilt = np.radians(w["tilt"])
     lowers = w["pin"] / 2 * np.sin(tilt)    # by the tilt the rim of the tip is lower than its centre
     start, above = 1.8 * radius, max(0.1, lowers + 0.05)
     rim = min(0.2, 0.5 * (w["thickness"] - w["length"] * np.cos(tilt) - lowers))    # below the surface
     plunge = w["length"] + above + rim
     dwell = 1.0
-    travel = radius / w["speed"]
+    travel = radii * radius / w["speed"]
     ambient = 298.0
     metals = [w["metal"]] if not w["beside"] else [w["metal"], w["beside"]]
     probes = ""
@@ -99,7 +102,7 @@ def text_of(name, variant, film=FILM, friction=None):
         depth, beside = w["probe"]
         for side, sign in (("advancing", 1), ("retreating", -1)):
             y = size_y / 2 + sign * (w["pin"] / 2 + beside)
-            probes += f"&PROBE NAME = '{side}', POSITION = {(start + 0.6 * radius) * MM:.6g}, {y * MM:.6g}, {depth * w['thickness'] * MM:.6g} /\n"
+            probes += f"&PROBE NAME = '{side}', POSITION = {(start + (radii - 0.4) * radius) * MM:.6g}, {y * MM:.6g}, {depth * w['thickness'] * MM:.6g} /\n"
     bodies = surfaces = ""
     for body, metal in zip(("sheet", "beside"), metals):        # the first on the advancing side, towards +y
         lower, upper = (size_y / 2, size_y) if body == "sheet" and w["beside"] else (0.0, size_y / len(metals))
@@ -187,7 +190,8 @@ def main():
     parser.add_argument("--variant", choices=VARIANTS, help="other cells or another mass scaling")
     parser.add_argument("--set", metavar="GROUP.KEY=VALUE")
     parser.add_argument("--film", type=float, default=FILM, help="under the tool, at 1 MPa [W/(m2 K)]")
-    parser.add_argument("--friction", type=float, help="Coulomb's coefficient in place of seizing")
+    parser.add_argument("--friction", type=float, default=FRICTION, help="Coulomb's coefficient; 0: the metal seizes")
+    parser.add_argument("--travel", type=float, default=TRAVEL, help="distance of travel [radii of the shoulder]")
     parser.add_argument("--folder", type=pathlib.Path, default=pathlib.Path("welds"))
     parser.add_argument("--record", action="store_true", help="put into results.jsonl, of which docs/welds.md has the tables")
     parser.add_argument("--page", action="store_true", help="draw what is kept, without a run")
@@ -198,11 +202,10 @@ def main():
         return
     arguments.folder.mkdir(parents=True, exist_ok=True)
     for name in arguments.names or WELDS:
-        kind = {key: value for key, value in (("variant", arguments.variant), ("set", arguments.set), ("friction", arguments.friction)) if value}
-        if arguments.film != FILM:
-            kind["film"] = arguments.film
+        kind = {key: getattr(arguments, key) for key, own in
+                (("variant", None), ("set", None), ("friction", FRICTION), ("film", FILM), ("travel", TRAVEL)) if getattr(arguments, key) != own}
         stem = "-".join((name, *(re.sub(r"\W", "_", str(part)) for part in kind.values())))
-        (arguments.folder / f"{stem}.nml").write_text(text_of(name, arguments.variant, arguments.film, arguments.friction))
+        (arguments.folder / f"{stem}.nml").write_text(text_of(name, arguments.variant, arguments.film, arguments.friction, arguments.travel))
         before = os.times()
         done = driver.run(f"{stem}.nml", "--quiet", "--overwrite", directory=arguments.folder, expect=None, timeout=7200,
                           sets=dict([arguments.set.split("=", 1)]) if arguments.set else {})
@@ -215,8 +218,8 @@ def main():
         record["reported"] = WELDS[name]["reported"]
         print(json.dumps(record), flush=True)
         if arguments.record and done.status == driver.WELL:
-            path = OF_RULE if {"film", "friction"} & kind.keys() else RESULTS
-            same = ("weld", "variant", "set", "film", "friction")
+            path = OF_RULE if {"film", "friction", "travel"} & kind.keys() else RESULTS
+            same = ("weld", "variant", "set", "film", "friction", "travel")
             kept = [row for row in measures.lines(path) if [row.get(key) for key in same] != [record.get(key) for key in same]]
             path.write_text("".join(json.dumps(row) + "\n" for row in (*kept, record)))
 

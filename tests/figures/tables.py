@@ -272,22 +272,20 @@ def kept(path, title):
 
 WELDS = "benchmarks/welds/results.jsonl"
 SHOWN = (("torque", "torque [N m]", "{:.0f}"), ("force", "axial force [kN]", "{:.0f}"), ("power", "power [kW]", "{:.1f}"))
-MEANT = {"coarse": "larger cells", "fine": "smaller cells", "light": "mass scaling 3e5", "heavy": "mass scaling 3e6"}
+MEANT = {"fine": "smaller cells", "finer": "cells smaller again", "light": "mass scaling 3e5", "heavy": "mass scaling 3e6"}
 
 
 def shown_welds():
-    """Welds by the rule, or with larger cells where they were run in no others."""
-    kept = [weld for weld in measures.lines(measures.ROOT / WELDS) if "set" not in weld]
-    own = {weld["weld"] for weld in kept if "variant" not in weld}
-    return [weld for weld in kept if "variant" not in weld or weld["weld"] not in own]
+    """Welds by the rule."""
+    return [weld for weld in measures.lines(measures.ROOT / WELDS) if not {"variant", "set"} & weld.keys()]
 
 
 def welds(_):
-    """Published welds: computed and, behind a slash, as reported; temperatures of the face and of the hottest metal."""
+    """Published welds: computed / reported; temperatures of the metal on the face, at a thermocouple and of the hottest particle."""
     rows = []
     for weld in shown_welds():
         told = weld["reported"]
-        row = [weld["weld"] + (f", {MEANT[weld['variant']]}" if "variant" in weld else "")]
+        row = [weld["weld"]]
         for key, _, form in SHOWN:
             row.append(form.format(weld[key]) + (" / " + form.format(told[key]) if key in told else ""))
         row.append(f"{weld['face']:.0f}" + (f" / {told['peak']:.0f}" if "peak" in told else ""))
@@ -311,13 +309,13 @@ def reported_of_welds():
 
 
 def weld_ratios(_):
-    """How far the welds are off what is reported: in the median, and the worst."""
+    """Deviation of the computed from the reported values: median of the magnitudes, and the largest."""
     rows = []
     for title, found in reported_of_welds().values():
         off = {name: 100.0 * (computed / told - 1.0) for name, told, computed in found}
         worst = max(off, key=lambda name: abs(off[name]))
         rows.append([title.rpartition(" [")[0], str(len(off)), f"{statistics.median(map(abs, off.values())):.0f} %", f"{off[worst]:+.0f} %", worst])
-    return table(["quantity", "welds", "off by, in the median", "worst", "of weld"], rows)
+    return table(["quantity", "welds", "median deviation", "largest deviation", "in weld"], rows)
 
 
 def weld_changes(_):
@@ -336,15 +334,14 @@ def weld_changes(_):
 
 
 def weld_rule(_):
-    """Welds with other films under the tool and another friction, and in the same cells by the rule."""
+    """Welds with other films, another friction or another distance of travel, and the same welds by the rule."""
     others = measures.lines(measures.ROOT / "benchmarks/welds/rule.jsonl")
-    kinds = {(row["weld"], row.get("variant")) for row in others}
-    own = [row for row in measures.lines(measures.ROOT / WELDS) if (row["weld"], row.get("variant")) in kinds and "set" not in row]
-    rows = [[row["weld"] + (f", {MEANT[row['variant']]}" if "variant" in row else ""),
-             f"{row.get('film', 1800.0):.0f}", str(row.get("friction", "seizes")),
-             *(form.format(row[key]) for key, _, form in SHOWN), f"{row['face']:.0f}", f"{row['probe']:.0f}" if "probe" in row else ""]
+    own = [row for row in shown_welds() if row["weld"] in {other["weld"] for other in others}]
+    rows = [[row["weld"], f"{row.get('film', 1800.0):.0f}", str(row.get("friction", 0.4) or "seizes"),
+             f"{row.get('travel', 2.0):.0f}", *(form.format(row[key]) for key, _, form in SHOWN), *(f"{row[key]:.0f}" if key in row else "" for key in ("face", "probe"))]
             for row in sorted((*others, *own), key=lambda row: row["weld"])]
-    return table(["weld", "film at 1 MPa [W/(m2 K)]", "friction", *(title for _, title, _ in SHOWN), "face [K]", "probe [K]"], rows)
+    return table(["weld", "film at 1 MPa [W/(m2 K)]", "friction", "travel [radii]", *(title for _, title, _ in SHOWN), "face [K]",
+                  "probe [K]"], rows)
 
 
 def detection(_):
