@@ -1,19 +1,19 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Published welds, computed by one rule without a fitted number, against what is reported of them.
+"""Published welds, computed by one rule without a fitted number, against the reported values.
 
-    build/venv/bin/python benchmarks/welds/run.py [NAME...] [--variant coarse] [--set TOOL.SHEAR_FACTOR=0.7] [--folder FOLDER] [--record]
-    build/venv/bin/python benchmarks/welds/run.py NAME --film 50 --friction 0.4 [--variant coarse] [--record]
+    build/venv/bin/python benchmarks/welds/run.py [NAME...] [--variant fine] [--set MATERIAL.ST_ALPHA=1e-8] [--folder FOLDER] [--record]
+    build/venv/bin/python benchmarks/welds/run.py NAME --film 50 --friction 0.2 --travel 1 [--record]
     build/venv/bin/python benchmarks/welds/run.py --page
 
 The rule (docs/welds.md): library metal of welds, Coulomb friction of 0.4 up to the shear strength of the metal on a tool of hot work steel
 and on the anvil, a steel backing plate behind the film of rough faces under pressure (1000 W/(m2 K) and 1800 more at 1 MPa), an endless
-cold sheet beyond the sides, the centre of the face 0.2 mm below the surface or half the metal below the rim of the tip. Cells: 2/5 of the
+cold sheet beyond the sides, the centre of the face 0.2 mm below the surface, or less: half the metal below the tip is kept. Cells: 2/5 of the
 thickness up to 4 mm, else a third. Results are means of the last second of a travel of two radii of the shoulder. A variant has other
 cells or another mass scaling, for the numerical error; --set changes one key of the rule. --film (at 1 MPa), --friction (0: the metal
 seizes on the tool) and --travel are recorded in rule.jsonl.
---page draws docs/pictures/welds.png from results.jsonl and prints the deviations. docs/welds.md names the sources; what is reported stands
-there and here as it is remembered.
+--page draws docs/pictures/welds.png from results.jsonl and prints the deviations. docs/welds.md names the sources; reported
+values are cited from memory.
 """
 
 import argparse
@@ -37,13 +37,13 @@ MM = 1e-3
 LIBRARY = ROOT / "share/stirpoint/materials.nml"
 PICTURE = ROOT / "docs/pictures/welds.png"
 RESULTS = pathlib.Path(__file__).with_name("results.jsonl")
-OF_RULE = pathlib.Path(__file__).with_name("rule.jsonl")
-FRICTION = 0.4
+RULE_RESULTS = pathlib.Path(__file__).with_name("rule.jsonl")
+FRICTION = 0.4     # Coulomb coefficient on the tool
 TRAVEL = 2.0       # distance of travel [radii of the shoulder]
-FILM = 1800.0      # of rough faces at 1 MPa [W/(m2 K)], docs/heat.md
+FILM = 1800.0      # film coefficient of rough faces at 1 MPa [W/(m2 K)], docs/heat.md
 # Cells over thin and thick sheets, of whole layers of particles, and mass scaling.
 RULE = (2.5, 3, 1e6)
-VARIANTS = {"fine": (3, 4, 1e6), "finer": (4, 5, 1e6), "light": (2.5, 3, 3e5), "heavy": (2.5, 3, 3e6)}
+VARIANTS = {"fine": (3, 4, 1e6), "light": (2.5, 3, 3e5), "heavy": (2.5, 3, 3e6)}
 
 
 def weld(metal, thickness, shoulder, pin, length, rpm, speed, reported, tilt=2.0, concavity=0.0, probe=None,
@@ -218,7 +218,7 @@ def main():
         record["reported"] = WELDS[name]["reported"]
         print(json.dumps(record), flush=True)
         if arguments.record and done.status == driver.WELL:
-            path = OF_RULE if {"film", "friction", "travel"} & kind.keys() else RESULTS
+            path = RULE_RESULTS if {"film", "friction", "travel"} & kind.keys() else RESULTS
             same = ("weld", "variant", "set", "film", "friction", "travel")
             kept = [row for row in measures.lines(path) if [row.get(key) for key in same] != [record.get(key) for key in same]]
             path.write_text("".join(json.dumps(row) + "\n" for row in (*kept, record)))

@@ -72,7 +72,7 @@ int stirpoint_sync(const char *path)
 
 /* Let `kept` be the file `path`, which stays where it is if the file system has links; 0 if done, or
  * if there is nothing to keep. */
-int stirpoint_keep(const char *path, const char *kept)
+int stirpoint_link_file(const char *path, const char *kept)
 {
     struct stat is_there;
     if (stat(path, &is_there) != 0) return errno == ENOENT ? 0 : -1;

@@ -36,7 +36,7 @@ module base_disk
       character(kind=c_char), intent(in) :: path(*)
     end function c_sync
 
-    integer(c_int) function c_link(path, kept) bind(c, name='stirpoint_keep')
+    integer(c_int) function c_link(path, kept) bind(c, name='stirpoint_link_file')
       import :: c_char, c_int
       implicit none (type, external)
       character(kind=c_char), intent(in) :: path(*), kept(*)

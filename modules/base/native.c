@@ -127,7 +127,7 @@ void stirpoint_program_folder(const char *link, char *path, int n)
  * first is full of the weights and records of the present block. */
 static const char *ahead = 0, *ahead_end = 0, *gap = 0, *gap_end = 0;
 
-void stirpoint_need_soon(const char *p, int bytes, int gap_from, int gap_to)
+void stirpoint_register_prefetch(const char *p, int bytes, int gap_from, int gap_to)
 {
     ahead = p;
     ahead_end = p + bytes;
@@ -135,7 +135,7 @@ void stirpoint_need_soon(const char *p, int bytes, int gap_from, int gap_to)
     gap_end = p + gap_to;
 }
 
-void stirpoint_fetch_some(int lines)
+void stirpoint_prefetch_lines(int lines)
 {
     const char *end = ahead + 64 * lines < ahead_end ? ahead + 64 * lines : ahead_end;
     for (; ahead < end; ahead += 64) __builtin_prefetch(ahead, 0, 2);
@@ -189,7 +189,7 @@ static inline void transpose8(eight m[8])
 
 /* Records rec[n][4][8] of n particles (a multiple of 8): row 0 from value[8][n], lanes 4 to 6 of
  * rows 1 to 3 from slope[3][3][n], all else 0. */
-void stirpoint_to_records(int n, const double *value, const double *slope, double *rec)
+void stirpoint_pack_records(int n, const double *value, const double *slope, double *rec)
 {
     const index8 low = {0, 8, 2, 10, 4, 12, 6, 14}, high = {1, 9, 3, 11, 5, 13, 7, 15};
     const eight zero = {0};

@@ -90,7 +90,8 @@ module base_system
 
     !> Register `bytes` of memory from `p`, except those from `gap_from` to `gap_to`, for
     !> prefetching by `prefetch_lines`.
-    subroutine register_prefetch(p, bytes, gap_from, gap_to) bind(c, name='stirpoint_need_soon')
+    subroutine register_prefetch(p, bytes, gap_from, gap_to) &
+      bind(c, name='stirpoint_register_prefetch')
       import :: c_double, c_int
       implicit none (type, external)
       real(c_double), intent(in) :: p(*)
@@ -98,7 +99,7 @@ module base_system
     end subroutine register_prefetch
 
     !> Prefetch the next `lines` cache lines of 64 bytes of the registered memory.
-    subroutine prefetch_lines(lines) bind(c, name='stirpoint_fetch_some')
+    subroutine prefetch_lines(lines) bind(c, name='stirpoint_prefetch_lines')
       import :: c_int
       implicit none (type, external)
       integer(c_int), value :: lines
@@ -106,7 +107,7 @@ module base_system
 
     !> Records rec(8, 4, n) of n particles (a multiple of 8) for the transfer to the grid: values
     !> from `value(n, 8)`, lanes 5:7 of the slope parts from `slope(n, 9)`, all other lanes 0.
-    pure subroutine pack_records(n, value, slope, rec) bind(c, name='stirpoint_to_records')
+    pure subroutine pack_records(n, value, slope, rec) bind(c, name='stirpoint_pack_records')
       import :: c_double, c_int
       implicit none (type, external)
       integer(c_int), value :: n

@@ -272,7 +272,7 @@ def kept(path, title):
 
 WELDS = "benchmarks/welds/results.jsonl"
 SHOWN = (("torque", "torque [N m]", "{:.0f}"), ("force", "axial force [kN]", "{:.0f}"), ("power", "power [kW]", "{:.1f}"))
-MEANT = {"fine": "smaller cells", "finer": "cells smaller again", "light": "mass scaling 3e5", "heavy": "mass scaling 3e6"}
+MEANT = {"fine": "smaller cells", "light": "mass scaling 3e5", "heavy": "mass scaling 3e6"}
 
 
 def shown_welds():
