@@ -61,6 +61,11 @@ contains
                         near%heat(:, scene%body(particles%body(b))%group), near%is_hot, first, &
                         w, clock%mass_scaling, particles%ps(:, f_mass, b), &
                         particles%ps(:, f_heat, b))
+        associate (material => scene%material(scene%body(particles%body(b))%material), &
+                   n => particles%count(b))
+          particles%warming = max(particles%warming, maxval(particles%ps(:n, f_heat, b) &
+                                  /(particles%ps(:n, f_mass, b)*material%c_p)))
+        end associate
       end do
       do e = 1, pairs%n
         if (all(abs(pairs%heat(:, e)) <= 0.0_rp)) cycle

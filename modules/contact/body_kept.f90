@@ -92,6 +92,7 @@ contains
   end subroutine keep_entries
 
   !> Velocity of a body at `x`, at most two cells from the node at `place`, between its nodes [m/s].
+  !> They count by their mass, as light nodes may be fast.
   pure function velocity_near(nodes, place, x, g) result(v)
     type(nodes_t), intent(in) :: nodes
     real(rp), intent(in) :: place(3), x(3), g(8, nodes%patch%nn)
@@ -101,6 +102,8 @@ contains
 
     call point_nodes(max(place - reach, min(place + reach, nodes%patch%linear_place(x))), &
                      nodes%patch%stride, 8, min_node_mass, nodes%patch%nn, g, q, weight)
+    weight = weight*g(8, q)
+    if (sum(weight) > 0.0_rp) weight = weight/sum(weight)
     do k = 1, 3
       v(k) = sum(weight*g(k, q))
     end do

@@ -5,7 +5,7 @@
 module contact_tool_loads
   use base_kinds, only: nlane, rp
   use contact_tool_limits, only: no_limit, reduce_layer_rate
-  use particles_store, only: f_heat, f_plastic, f_pos, f_temp, particles_t
+  use particles_store, only: f_heat, f_mass, f_plastic, f_pos, f_temp, particles_t
   use physics_flow_law, only: n_work
   use simulation_nodes, only: nodes_t
   use simulation_parts, only: simulation_t
@@ -71,12 +71,14 @@ contains
           call record_face(t, rigid, dt, particles%ps(t%lane, f_pos:f_pos + 2, t%block), &
                          particles%ps(t%lane, f_temp, t%block), mean, work, tool)
         end if
-        associate (material => scene%material(scene%body(particles%body(t%block))%material))
+        associate (material => scene%material(scene%body(particles%body(t%block))%material), &
+                   ps => particles%ps(t%lane, :, t%block))
           stored = t%plastic_fraction*(1.0_rp - material%plastic_heat)
-          share = tool%heat_share(material%effusivity(particles%ps(t%lane, f_temp, t%block)))
+          share = tool%heat_share(material%effusivity(ps(f_temp)))
+          heat = share*(1.0_rp - stored)*work
+          ps(f_heat) = ps(f_heat) + heat
+          particles%warming = max(particles%warming, ps(f_heat)/(ps(f_mass)*material%c_p))
         end associate
-        heat = share*(1.0_rp - stored)*work
-        particles%ps(t%lane, f_heat, t%block) = particles%ps(t%lane, f_heat, t%block) + heat
         tool%sums(s_to_plate) = tool%sums(s_to_plate) + heat
         if (.not. tool%heat%is_on) cycle
         associate (at_tool => particles%ps(t%lane, tool%heat%place:tool%heat%place + 1, t%block))

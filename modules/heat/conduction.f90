@@ -3,11 +3,11 @@
 module heat_conduction
   use base_kinds, only: i8, nlane, rp
   use boundary_symmetry, only: r_warming, record_wall_heat, restore, swap_lists
+  use heat_exchange, only: exchange_t, exchanges_heat, find_contacts, reset_contact_sums, warm_sinks
   use heat_gaps, only: find_gaps, gaps_t
-  use heat_nodes, only: centre_increment, gather_flux, gather_temperature, smoothed_fraction, &
-                        stable_conduction
+  use heat_nodes, only: centre_increment, gather_exchange, gather_flux, gather_temperature, &
+                        smoothed_fraction, stable_conduction
   use heat_nodes_implicit, only: solve_implicit
-  use heat_sinks, only: advance_sinks, films_vary, find_sinks, reset_contact_sums, sinks_t
   use mpm_blocks, only: weights_of
   use mpm_constitutive, only: anneal_particles
   use particles_store, only: f_heat, f_mass, f_temp, n_conduction
@@ -15,24 +15,30 @@ module heat_conduction
   use simulation_parts, only: simulation_t
   use simulation_probes, only: update_probe_temperatures
   use simulation_run, only: e_conduction, e_film, e_tool, e_wall_heat
-  use transfer_conduction, only: compute_boundary_rates, compute_increment, heat_particles, &
-                                 largest_rate
+  use transfer_conduction, only: add_increment, compute_increment, heat_particles, min_capacity
   implicit none (type, external)
   private
 
   public :: conduct, conduction_is_due, conduction_step
 
+  !> Temperature rise of a particle by its stored heat that makes a conduction step due, over TOLERANCE:
+  !> on average half of this heat is stored, and a particle at a face takes half of it, so that its
+  !> temperature is late by TOLERANCE.
+  real(rp), parameter :: stored_share = 4.0_rp
+
 contains
 
-  !> Conduction step [s]: the stable explicit one, or the implicit one as given or controlled by its
-  !> error, which starts with the stable one.
+  !> Conduction step [s]: the stable explicit one, or less where sources warm the metal fast; or the
+  !> implicit one as given or controlled by its error, which starts with the stable one.
   pure real(rp) function conduction_step(sim)
     type(simulation_t), intent(in) :: sim
 
     conduction_step = stable_conduction(sim%scene)
     associate (method => sim%scene%method)
-      if (.not. method%implicit_heat .or. conduction_step >= huge(1.0_rp)) return
-      if (method%heat_interval > 0) then
+      if (conduction_step >= huge(1.0_rp)) return
+      if (.not. method%implicit_heat) then
+        if (sim%clock%heat_step > 0.0_rp) conduction_step = min(conduction_step, sim%clock%heat_step)
+      else if (method%heat_interval > 0) then
         conduction_step = huge(1.0_rp)
       else if (method%heat_step > 0.0_rp) then
         conduction_step = method%heat_step
@@ -42,7 +48,8 @@ contains
     end associate
   end function conduction_step
 
-  !> True if a conduction step is due before another mechanical step of length `dt`.
+  !> True if a conduction step is due before another mechanical step of length `dt`, also where the
+  !> stored heat of friction makes the flow stress too large.
   pure logical function conduction_is_due(sim, dt)
     type(simulation_t), intent(in) :: sim
     real(rp), intent(in) :: dt                  !! next mechanical step [s]
@@ -50,72 +57,61 @@ contains
     if (sim%scene%method%heat_interval > 0) then
       conduction_is_due = mod(sim%clock%step, int(sim%scene%method%heat_interval, i8)) == 0
     else
-      conduction_is_due = sim%clock%time + dt - sim%clock%heat_time > conduction_step(sim)
+      conduction_is_due = sim%clock%time + dt - sim%clock%heat_time > conduction_step(sim) &
+        .or. (sim%clock%warming > stored_share*sim%scene%method%heat_tolerance &
+              .and. sim%scene%method%heat_step <= 0.0_rp)
     end if
   end function conduction_is_due
 
-  !> Collective. Conduct heat over the time since the last conduction step: one step, or several
-  !> explicit ones if heat transfer to tools or through films requires it.
+  !> Collective. Conduct heat over the time since the last conduction step.
   subroutine conduct(sim, elapsed)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: elapsed             !! time since the last conduction step [s]
-    real(rp) :: remaining                       ! time not yet covered [s]
     integer :: k
 
     call swap_lists(sim)
     do k = 1, size(sim%hook)
       call sim%hook(k)%it%give_heat(sim, elapsed)
     end do
-    remaining = elapsed
-    do
-      call take_conduction_step(sim, elapsed, remaining)
-      if (remaining <= 0.0_rp) exit
-    end do
+    call take_conduction_step(sim, elapsed)
     call reset_contact_sums(sim)
+    sim%particles%warming = 0.0_rp
     call anneal_particles(sim, elapsed)
     if (sim%scene%method%sleep%is_on) call clear_nodes(sim%nodes, sim%nodes%g)
     call swap_lists(sim)
   end subroutine conduct
 
-  !> One conduction step over the remaining time, or over a stable part of it.
-  subroutine take_conduction_step(sim, elapsed, remaining)
+  !> One conduction step of length `dt`.
+  subroutine take_conduction_step(sim, dt)
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: elapsed             !! time since the last conduction step [s]
-    real(rp), intent(inout) :: remaining        !! time not yet covered [s]
-    real(rp) :: dt, smoothed, gained, out       ! heat of smoothing, of the particles, and through
+    real(rp), intent(in) :: dt                  !! time since the last conduction step [s]
+    real(rp) :: smoothed, gained, out           ! heat of smoothing, of the particles, and through
                                                 ! boundaries [J]
-    type(sinks_t) :: sinks
+    type(exchange_t) :: exchange
     type(gaps_t) :: gaps
-    integer :: a, b, k, r
+    integer :: a, b, k
 
     sim%boundary%mirrors%lost = 0.0_rp
     gained = 0.0_rp
     smoothed = 0.0_rp
     out = sim%budget%sums(e_film) - sim%budget%sums(e_wall_heat) + sim%budget%sums(e_tool)
     call gather_temperature(sim)
+    if (size(sim%hook) > 0 .and. .not. sim%scene%method%implicit_heat) call limit_step(sim, dt)
     call find_gaps(sim, gaps)
-    call find_fluxes(sim, sinks, gaps, elapsed, remaining, dt)
+    call find_contacts(sim, dt, exchange)
+    if (sim%scene%method%implicit_heat) call solve_implicit(sim, exchange, gaps, dt)
+    call find_increments(sim, exchange, gaps, dt)
     do k = 1, sim%scene%n_heat_groups
-      do r = 1, sim%nodes%n_ranges
-        associate (low => sim%nodes%range(1, r), high => sim%nodes%range(2, r))
-          call compute_increment(high - low + 1, sim%nodes%g2(:, low:high, k), &
-                                 sim%nodes%g(:, low:high, k))
-        end associate
-      end do
       do a = 1, 3
         if (sim%scene%grid%grading(a)%is_graded) call centre_increment(sim, a, sim%nodes%g(:, :, k))
       end do
-    end do
-    ! mechanical steps set the temperature of probes, except where material sleeps
-    if (sim%scene%method%sleep%is_on) call update_probe_temperatures(sim%nodes%patch, &
-      sim%nodes%g(:, :, 1), sim%probes)
-    do k = 1, sim%scene%n_heat_groups
       call restore(sim, r_warming, sim%nodes%g(:, :, k))
       associate (lost => sim%boundary%mirrors%lost)
         call record_wall_heat(sim, lost(3, :) + lost(5, :), k, sim%nodes%g(:, :, k))
         lost = 0.0_rp
       end associate
     end do
+    call update_probe_temperatures(sim%nodes%patch, sim%nodes%g(:, :, 1), sim%probes)
     do b = 1, sim%particles%nblk
       call sim%particles%fetch(b + 1, n_conduction)
       call heat_block(sim, b, dt, gained, smoothed)
@@ -123,99 +119,66 @@ contains
     if (any(sim%scene%symmetry%temperature > 0.0_rp)) then
       sim%budget%sums(e_wall_heat) = sim%budget%sums(e_wall_heat) + smoothed
     end if
-    call advance_sinks(sim, dt, sinks)
+    call warm_sinks(sim, dt, exchange)
     sim%budget%sums(e_conduction) = sim%budget%sums(e_conduction) + gained &
       + sim%budget%sums(e_film) - sim%budget%sums(e_wall_heat) + sim%budget%sums(e_tool) - out
-    remaining = remaining - dt
   end subroutine take_conduction_step
 
-  !> Heat fluxes to the nodes in a step `dt`, the remaining time or an integer fraction of it.
-  subroutine find_fluxes(sim, sinks, gaps, elapsed, remaining, dt)
+  !> Collective. Limit the next explicit step to that in which the heat of the sources would warm a
+  !> node by TOLERANCE, but not to less than a mechanical step.
+  subroutine limit_step(sim, dt)
     type(simulation_t), intent(inout) :: sim
-    type(sinks_t), intent(inout) :: sinks
-    type(gaps_t), intent(in) :: gaps
-    real(rp), intent(in) :: elapsed         !! time since the last conduction step [s]
-    real(rp), intent(in) :: remaining       !! time not yet covered [s]
-    real(rp), intent(out) :: dt             !! conduction step [s]
-    real(rp) :: before(8, size(sim%scene%symmetry)), film, dt_max
+    real(rp), intent(in) :: dt                  !! time step [s]
+    real(rp) :: rise(1)                         ! largest rise by stored heat [K]
+    integer :: k, q, r
 
-    before = sim%boundary%mirrors%lost
-    film = sim%budget%sums(e_film)
-    dt = remaining
-    call find_sinks(sim, elapsed, dt, sinks)
-    if (sim%scene%method%implicit_heat) then
-      call solve_implicit(sim, sinks, gaps, dt)
-      sim%boundary%mirrors%lost = before
-    end if
-    call gather_flux(sim, sinks, gaps, dt)
-    if (sim%scene%method%implicit_heat) return
-    if (.not. (films_vary(sim%scene) .or. any(sim%tool%heat%is_on) &
-               .or. allocated(sim%scene%gap))) return
-    dt_max = max_stable_step(sim)
-    if (dt <= dt_max) return
-    dt = remaining/(aint(remaining/dt_max) + 1.0_rp)
-    sim%boundary%mirrors%lost = before
-    sim%budget%sums(e_film) = film
-    call find_sinks(sim, elapsed, dt, sinks)
-    call gather_flux(sim, sinks, gaps, dt)
-  end subroutine find_fluxes
-
-  !> Collective. Largest stable explicit step [s] with the boundary conductances in lane 6 of the
-  !> second grid. Their rate is the largest mean of conductance over capacity at the nodes of a
-  !> particle: a node that a face has just entered is stiff, but hardly moves a particle. Boundary
-  !> terms reverse no difference of temperatures, since smoothing reverses up to all of it, and
-  !> their rate adds to that of conduction (docs/method.md).
-  real(rp) function max_stable_step(sim)
-    type(simulation_t), intent(inout) :: sim
-    real(rp) :: rate(1)
-    integer :: b, k
-
+    rise = tiny(1.0_rp)
     do k = 1, sim%scene%n_heat_groups
-      call find_rates(sim, k)
+      do r = 1, sim%nodes%n_ranges
+        do q = sim%nodes%range(1, r), sim%nodes%range(2, r)
+          if (sim%nodes%g(1, q, k) > min_capacity) rise = max(rise, sim%nodes%g(3, q, k) &
+                                                                    /sim%nodes%g(1, q, k))
+        end do
+      end do
     end do
-    rate = 0.0_rp
-    do b = 1, sim%particles%nblk
-      call sim%particles%fetch(b + 1, n_conduction)
-      rate = max(rate, rate_of_block(sim, b))
-    end do
-    call sim%world%max(rate)
-    max_stable_step = 1.0_rp/(1.0_rp/stable_conduction(sim%scene) + rate(1))
-  end function max_stable_step
+    call sim%world%max(rise)
+    sim%clock%heat_step = min(stable_conduction(sim%scene), &
+                              max(sim%clock%dt, dt*sim%scene%method%heat_tolerance/rise(1)))
+  end subroutine limit_step
 
-  !> Boundary conductances over capacities at the nodes of heat group `k`, in lane 4 of the second
-  !> grid; nodes behind walls have those of their mirrors.
-  subroutine find_rates(sim, k)
+  !> Temperature increments of the nodes in a step. An implicit step has the temperatures of its end
+  !> in lane 4; in an explicit one the exchange with what is outside the bodies follows the increments
+  !> by all other heat.
+  subroutine find_increments(sim, exchange, gaps, dt)
     type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: k
-    integer :: i, r
+    type(exchange_t), intent(inout) :: exchange
+    type(gaps_t), intent(in) :: gaps
+    real(rp), intent(in) :: dt              !! conduction step [s]
+    integer :: k, r
 
-    associate (nodes => sim%nodes, mirrors => sim%boundary%mirrors)
-      do r = 1, nodes%n_ranges
-        associate (low => nodes%range(1, r), high => nodes%range(2, r))
-          call compute_boundary_rates(high - low + 1, nodes%g(:, low:high, k), &
-                                      nodes%g2(:, low:high, k))
+    call gather_flux(sim, exchange, gaps, dt, sim%scene%method%implicit_heat)
+    do k = 1, sim%scene%n_heat_groups
+      do r = 1, sim%nodes%n_ranges
+        associate (low => sim%nodes%range(1, r), high => sim%nodes%range(2, r))
+          call compute_increment(high - low + 1, sim%nodes%g2(:, low:high, k), &
+                                 sim%nodes%g(:, low:high, k))
         end associate
       end do
-      do i = mirrors%n_pairs, 1, -1
-        nodes%g2(4, mirrors%pair(1, i), k) = nodes%g2(4, mirrors%pair(2, i), k)
+    end do
+    if (sim%scene%method%implicit_heat .or. .not. exchanges_heat(sim)) return
+    do k = 1, sim%scene%n_heat_groups
+      call restore(sim, r_warming, sim%nodes%g(:, :, k))
+    end do
+    call gather_exchange(sim, exchange, gaps, dt)
+    do k = 1, sim%scene%n_heat_groups
+      do r = 1, sim%nodes%n_ranges
+        associate (low => sim%nodes%range(1, r), high => sim%nodes%range(2, r))
+          call add_increment(high - low + 1, sim%nodes%g2(:, low:high, k), &
+                             sim%nodes%g(:, low:high, k))
+        end associate
       end do
-    end associate
-  end subroutine find_rates
-
-  !> Largest mean rate of boundary terms at the particles of a block [1/s].
-  real(rp) function rate_of_block(sim, b)
-    type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: b
-    integer :: first(nlane)
-    real(rp) :: w(nlane, 18)
-
-    associate (p => sim%particles, nodes => sim%nodes, &
-               k => sim%scene%body(sim%particles%body(b))%heat_group)
-      call weights_of(sim%scene, nodes, p%body(b), p%nf, p%ps(:, :, b), w, first)
-      rate_of_block = largest_rate(p%count(b), w, first, nodes%patch%stride, nodes%patch%nn, &
-                                   nodes%g2(:, :, k), nodes%rec)
-    end associate
-  end function rate_of_block
+    end do
+  end subroutine find_increments
 
   !> Update the temperatures of a block of particles from the nodal increments.
   subroutine heat_block(sim, b, dt, gained, smoothed)

@@ -1,15 +1,17 @@
 ! SPDX-License-Identifier: MIT
 !> Heat flow between bodies in contact, h A (T_1 - T_2), at each node where both have mass. A is the
-!> integral of the nodal shape function over the contact surface. T_1 and T_2 are the temperatures
-!> half a particle spacing inside the bodies; this layer is in series with the gap. At the surface
-!> itself the nodal capacities may be so small that the stable step would vanish.
+!> integral of the nodal shape function over the contact surface. T_1 and T_2 are interpolated between
+!> the nodes half a particle spacing inside the bodies. A nodal temperature is the mean over the
+!> particles with weight there, which at a surface are all on one side: it belongs to their centroid.
+!> The metal from these places to the surfaces is in series with the gap.
 module heat_gaps
   use base_kinds, only: nlane, rp
   use boundary_symmetry, only: r_flux, reflect
   use contact_body_pairs, only: slack
   use grid_geometry, only: length_along
   use mpm_blocks, only: weights_of
-  use particles_store, only: f_jac, f_mass, f_tau, n_conduction
+  use particles_store, only: f_jac, f_mass, f_pos, f_tau, n_conduction
+  use simulation_node_pairs, only: node_pairs_t
   use simulation_nodes, only: clear_nodes, nodes_t
   use simulation_parts, only: simulation_t
   use simulation_scene, only: scene_t
@@ -18,7 +20,7 @@ module heat_gaps
   implicit none (type, external)
   private
 
-  public :: add_gap_fluxes, find_gaps, gaps_t
+  public :: add_gap_conductances, add_gap_fluxes, find_gaps, gaps_t
 
   !> Contact points with heat flow through a gap, one per node.
   type :: gaps_t
@@ -70,8 +72,8 @@ contains
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: e, groups(2)
     type(gaps_t), intent(inout) :: gaps
-    real(rp) :: area, at(3), coefficient, depth, resistance, temp, weight(0:7, 2), x(3)
-    integer :: k, node(0:7, 2)
+    real(rp) :: area, at(3), coefficient, depth, inwards(3), resistance, temp, weight(0:7, 2), x(3)
+    integer :: c, k, node(0:7, 2)
 
     call evaluate_contact(sim%scene, sim%pairs%pair(e), sim%pairs%normal(:, e), &
                           sim%nodes%g2(:6, sim%pairs%node(e), groups), area, coefficient)
@@ -83,15 +85,26 @@ contains
     do k = 1, 2
       associate (body => sim%scene%body(findloc(sim%scene%body%group, &
                                                 sim%scene%contact(sim%pairs%pair(e))%group(k), &
-                                                dim=1)))
-        depth = 0.5_rp*norm2(sim%pairs%normal(:, e)*body%spacing*sim%nodes%patch%edges_at(x) &
-                             /sim%scene%grid%h)
-        at = sim%nodes%patch%linear_place(x + (2*k - 3)*depth*sim%pairs%normal(:, e))
-        call point_nodes(at, sim%nodes%patch%stride, 1, min_capacity, sim%nodes%patch%nn, &
-                         sim%nodes%g(:, :, groups(k)), node(:, k), weight(:, k))
+                                                dim=1)), patch => sim%nodes%patch)
+        inwards = (2*k - 3)*sim%pairs%normal(:, e)
+        depth = 0.5_rp*norm2(inwards*body%spacing*patch%edges_at(x)/sim%scene%grid%h)
+        at = patch%linear_place(x + depth*inwards)
+        call point_nodes(at, patch%stride, 1, min_capacity, patch%nn, sim%nodes%g(:, :, groups(k)), &
+                         node(:, k), weight(:, k))
         if (sum(weight(:, k)) <= 0.0_rp) return
         temp = sum(weight(:, k)*sim%nodes%g(4, node(:, k), groups(k)))
-        resistance = resistance + depth/sim%scene%material(body%material)%conductivity_at(temp)
+        depth = 0.0_rp
+        do c = 0, 7
+          at = patch%position(node(c, k)) - x
+          associate (first => sim%pairs%first(node(c, k)), &
+                     sums => sim%nodes%g2(7:8, node(c, k), groups(k)))
+            if (first > 0 .and. sums(1) > 0.0_rp) at = at &
+              + sums(2)/sums(1)*sim%pairs%normal(:, first)
+          end associate
+          depth = depth + weight(c, k)*dot_product(at, inwards)
+        end do
+        resistance = resistance + max(0.0_rp, depth) &
+          /sim%scene%material(body%material)%conductivity_at(temp)
       end associate
     end do
     gaps%n = gaps%n + 1
@@ -129,7 +142,7 @@ contains
     coefficient = scene%gap(contact)%coefficient_at(pressure/max(1, n))
   end subroutine evaluate_contact
 
-  !> Add surface areas and forces of a block of particles to the nodes.
+  !> Add surface areas, forces and centroids of a block of particles to the nodes.
   subroutine add_block(sim, b)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: b
@@ -143,33 +156,84 @@ contains
                            1.0_rp/sim%scene%material(body%material)%rho, p%ps(:, f_jac, b), &
                            p%ps(:, f_mass, b), p%ps(:, f_tau:f_tau + 5, b), nodes%rec, &
                            nodes%g2(:, :, body%heat_group))
+      call add_centroids(p%count(b), w, first, p%ps(:, f_mass, b), p%ps(:, f_pos:f_pos + 2, b), nodes, &
+                         sim%pairs, nodes%g2(7:8, :, body%heat_group))
     end associate
   end subroutine add_block
 
-  !> Add the heat flow through the gaps of this rank in `dt` at the temperatures in lane 4 to lane 5
-  !> of the second grid, and the conductances to lane 6.
-  subroutine add_gap_fluxes(nodes, gaps, dt)
+  !> Add the mass of a block of particles at the nodes of pairs, and the mass times the distance from
+  !> the node along the normal of the pair.
+  pure subroutine add_centroids(n, w, first, mass, x, nodes, pairs, sums)
+    integer, intent(in) :: n, first(nlane)
+    real(rp), intent(in) :: w(nlane, 18), mass(nlane), x(nlane, 3)
+    type(nodes_t), intent(in) :: nodes
+    type(node_pairs_t), intent(in) :: pairs
+    real(rp), intent(inout) :: sums(2, nodes%patch%nn)
+    integer :: e, i, j, k, p, q
+    real(rp) :: part
+
+    do p = 1, n
+      do i = 1, 3
+        do j = 1, 3
+          do k = 1, 3
+            q = first(p) + (i - 1)*nodes%patch%stride(1) + (j - 1)*nodes%patch%stride(2) + k - 1
+            e = pairs%first(q)
+            if (e == 0) cycle
+            part = mass(p)*w(p, i)*w(p, 3 + j)*w(p, 6 + k)
+            sums(:, q) = sums(:, q) &
+              + part*[1.0_rp, dot_product(x(p, :) - pairs%x(:, e), pairs%normal(:, e))]
+          end do
+        end do
+      end do
+    end do
+  end subroutine add_centroids
+
+  !> Add the heat flow through the gaps of this rank in `dt` to lane 5 of the second grid, as those of
+  !> heat_exchange: at the temperatures in lane 4, or (unless `ends`) at the end of an explicit step.
+  subroutine add_gap_fluxes(nodes, gaps, dt, ends)
     type(nodes_t), intent(inout) :: nodes
     type(gaps_t), intent(in) :: gaps
     real(rp), intent(in) :: dt                    !! time step [s]
-    real(rp) :: heat, t(2)
+    logical, intent(in) :: ends
+    real(rp) :: heat, rate, t(2)
     integer :: c, e, k
 
     do e = 1, gaps%n
+      rate = 0.0_rp
       do k = 1, 2
-        t(k) = sum(gaps%weight(:, k, e)*nodes%g(4, gaps%node(:, k, e), gaps%group(k, e)))
+        associate (g => nodes%g(:, gaps%node(:, k, e), gaps%group(k, e)), w => gaps%weight(:, k, e))
+          t(k) = sum(w*g(4, :))
+          if (ends) cycle
+          t(k) = t(k) + sum(w*g(5, :))
+          rate = rate + sum(w*g(2, :))
+        end associate
       end do
-      heat = dt*gaps%conductance(e)*(t(1) - t(2))
+      heat = dt*gaps%conductance(e)/(1.0_rp + dt*rate)*(t(1) - t(2))
       do k = 1, 2
         do c = 1, 8
-          associate (flux => nodes%g2(:, gaps%node(c, k, e), gaps%group(k, e)))
-            flux(5) = flux(5) - merge(1.0_rp, -1.0_rp, k == 1)*gaps%weight(c, k, e)*heat
-            ! twice, as temperatures of both sides may change in opposite directions
-            flux(6) = flux(6) + 2.0_rp*gaps%weight(c, k, e)*gaps%conductance(e)
+          associate (flux => nodes%g2(5, gaps%node(c, k, e), gaps%group(k, e)))
+            flux = flux - merge(1.0_rp, -1.0_rp, k == 1)*gaps%weight(c, k, e)*heat
           end associate
         end do
       end do
     end do
   end subroutine add_gap_fluxes
+
+  !> Add the conductances of the gaps of this rank to lane 6 of the second grid.
+  subroutine add_gap_conductances(nodes, gaps)
+    type(nodes_t), intent(inout) :: nodes
+    type(gaps_t), intent(in) :: gaps
+    integer :: c, e, k
+
+    do e = 1, gaps%n
+      do k = 1, 2
+        do c = 1, 8
+          associate (sum => nodes%g2(6, gaps%node(c, k, e), gaps%group(k, e)))
+            sum = sum + gaps%weight(c, k, e)*gaps%conductance(e)
+          end associate
+        end do
+      end do
+    end do
+  end subroutine add_gap_conductances
 
 end module heat_gaps

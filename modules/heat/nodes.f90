@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: MIT
 !> Conduction between particles and nodes: nodal temperatures and heat fluxes.
 module heat_nodes
-  use base_kinds, only: nlane, pi, rp
+  use base_kinds, only: nlane, rp
   use boundary_symmetry, only: r_flux, r_heat, r_temperature, r_warming, reflect, restore
   use grid_geometry, only: mean_edge
-  use heat_gaps, only: add_gap_fluxes, gaps_t
-  use heat_sinks, only: add_film_losses, add_sink_fluxes, films_need_pressure, sinks_t
+  use heat_exchange, only: add_conductances, add_exchange, exchange_t, films_need_pressure
+  use heat_gaps, only: add_gap_conductances, add_gap_fluxes, gaps_t
   use mpm_blocks, only: weights_of
-  use particles_store, only: f_heat, f_jac, f_mass, f_rate, f_tau, f_temp, n_conduction
+  use particles_store, only: f_heat, f_jac, f_mass, f_tau, f_temp, n_conduction
   use simulation_nodes, only: clear_nodes
   use simulation_parts, only: simulation_t
   use simulation_run, only: e_wall_heat
@@ -18,11 +18,14 @@ module heat_nodes
   implicit none (type, external)
   private
 
-  public :: centre_increment, smoothed_fraction, gather_flux, gather_temperature, stable_conduction
+  public :: centre_increment, gather_exchange, gather_flux, gather_temperature, smoothed_fraction
+  public :: stable_conduction
   public :: sum_all_nodes
 
-  real(rp), parameter :: min_smoothed = 0.1_rp   !! least fraction of unresolved temperature
-                                                 !! differences that a conduction step smooths
+  !> Rate of smoothing over kappa/spacing^2. Heat of a face enters at the scale of a cell, which is as
+  !> well resolved by any number of steps; 0.1 to 1 is the range in which the temperature of the
+  !> particles at a face does not depend on it by more than 3 % (tests/verification/ablation.md).
+  real(rp), parameter :: smoothing = 0.3_rp
 
 contains
 
@@ -203,56 +206,79 @@ contains
     end function exchanged
   end subroutine centre_increment
 
-  !> Collective. Heat to the nodes in `dt` by conduction, films, tools and gaps at the temperatures
-  !> in lane 4, to lane 5 of the second grid. Lane 8: capacity times the smoothed differences of
-  !> particles from the nodal field. Lane 6: conductance of tools, gaps and varying films [W/K].
-  subroutine gather_flux(sim, sinks, gaps, dt)
+  !> Collective. Heat to the nodes in `dt` by conduction at the temperatures in lane 4, to lane 5 of
+  !> the second grid; with `ends`, lane 4 is the temperature at the end of the step, and the exchange
+  !> with what is outside the bodies is included; otherwise its conductances [W/K] are in lane 6. Lane
+  !> 8: capacity times the smoothed differences of particles from the nodal field.
+  subroutine gather_flux(sim, exchange, gaps, dt, ends)
     type(simulation_t), intent(inout) :: sim
-    type(sinks_t), intent(inout) :: sinks
+    type(exchange_t), intent(inout) :: exchange
     type(gaps_t), intent(in) :: gaps
     real(rp), intent(in) :: dt                  !! time step [s]
-    integer :: b, k
+    logical, intent(in) :: ends
+    integer :: b
 
     call clear_nodes(sim%nodes, sim%nodes%g2)
     do b = 1, sim%particles%nblk
       call sim%particles%fetch(b + 1, n_conduction)
       call diffuse_block(sim, b, dt)
     end do
-    call add_sink_fluxes(sim, dt, sinks)
-    call add_gap_fluxes(sim%nodes, gaps, dt)
+    if (ends) then
+      call add_exchange(sim, dt, ends, exchange)
+      call add_gap_fluxes(sim%nodes, gaps, dt, ends)
+    else
+      call add_conductances(sim, exchange)
+      call add_gap_conductances(sim%nodes, gaps)
+    end if
+    call sum_flux(sim)
+  end subroutine gather_flux
+
+  !> Collective. Heat to the nodes in an explicit step `dt` by the exchange with what is outside the
+  !> bodies, to lane 5 of the second grid, with the increments by all other heat in lane 5.
+  subroutine gather_exchange(sim, exchange, gaps, dt)
+    type(simulation_t), intent(inout) :: sim
+    type(exchange_t), intent(inout) :: exchange
+    type(gaps_t), intent(in) :: gaps
+    real(rp), intent(in) :: dt                  !! time step [s]
+
+    call clear_nodes(sim%nodes, sim%nodes%g2)
+    call add_exchange(sim, dt, .false., exchange)
+    call add_gap_fluxes(sim%nodes, gaps, dt, .false.)
+    call sum_flux(sim)
+  end subroutine gather_exchange
+
+  !> Collective. Reflect the second grid at walls and sum it over the ranks.
+  subroutine sum_flux(sim)
+    type(simulation_t), intent(inout) :: sim
+    integer :: k
+
     do k = 1, sim%scene%n_heat_groups
       call reflect(sim, r_flux, sim%nodes%g2(:, :, k), sim%boundary%mirrors%lost)
       call sum_all_nodes(sim, 8, sim%nodes%g2(:, :, k))
     end do
-  end subroutine gather_flux
+  end subroutine sum_flux
 
   !> Fraction by which differences of particle temperatures that the grid does not resolve are
-  !> smoothed in a conduction step. In flowing material, where plastic work heats particles
-  !> unevenly, it is the physical decay of an alternating temperature, 1 - exp(-kappa (pi/spacing)^2
-  !> dt). Elsewhere a small fraction, scaled by the ratio of the shortest to the longest cell edge,
-  !> preserves gradients at films.
+  !> smoothed in a conduction step: z/(1 + z) with z = c kappa dt/spacing^2, as in an implicit step.
   pure function smoothed_fraction(scene, body, dt, nf, ps) result(part)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body, nf
     real(rp), intent(in) :: dt                  !! time step [s]
     real(rp), intent(in) :: ps(nlane, nf)
-    real(rp), dimension(nlane) :: capacity, k, part, physical
-    real(rp) :: least
+    real(rp) :: part(nlane), spacing(nlane)
     integer :: p
 
-    associate (mat => scene%material(scene%body(body)%material))
-      k = mat%conductivity_at(ps(:, f_temp))
-      capacity = mat%rho*mat%specific_heat_at(ps(:, f_temp))
+    spacing = scene%body(body)%mean_spacing()
+    if (scene%grid%is_graded()) then
+      do p = 1, nlane
+        spacing(p) = mean_edge(scene%spacing_of(body, ps(p, :)))
+      end do
+    end if
+    associate (mat => scene%material(scene%body(body)%material), temp => ps(:, f_temp))
+      part = smoothing*dt*mat%conductivity_at(temp) &
+             /(mat%rho*mat%specific_heat_at(temp)*spacing**2)
+      part = part/(1.0_rp + part)
     end associate
-    physical = 1.0_rp - exp(-dt*k/capacity*(pi/scene%body(body)%mean_spacing())**2)
-    least = min_smoothed*minval(scene%grid%h)/scene%grid%longest()
-    part = merge(max(least, physical), least, ps(:, f_rate) > 0.0_rp)
-    if (.not. scene%grid%is_graded()) return
-    do p = 1, nlane
-      if (ps(p, f_rate) <= 0.0_rp) cycle
-      part(p) = max(least, 1.0_rp - exp(-dt*k(p)/capacity(p) &
-                                        *(pi/mean_edge(scene%spacing_of(body, ps(p, :))))**2))
-    end do
   end function smoothed_fraction
 
   !> Collective. Sum nodal values over the ranks, including nodes of sleeping material.
@@ -290,7 +316,7 @@ contains
     end associate
   end subroutine gather_block
 
-  !> Add the conductive fluxes and film losses of a block of particles to the nodes.
+  !> Add the conductive fluxes of a block of particles to the nodes.
   subroutine diffuse_block(sim, b, dt)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: b
@@ -309,7 +335,6 @@ contains
                           nodes%g(:, :, body%heat_group), nodes%rec, &
                           nodes%g2(:, :, body%heat_group))
       end associate
-      if (any(body%film%acts())) call add_film_losses(sim, b, dt)
     end associate
   end subroutine diffuse_block
 

@@ -4,13 +4,13 @@
 module heat_nodes_implicit
   use base_kinds, only: rp
   use boundary_symmetry, only: r_temperature, r_warming, restore
+  use heat_exchange, only: exchange_t
   use heat_gaps, only: gaps_t
   use heat_linear, only: by_petsc, max_iterations
   use heat_nodes, only: gather_flux, stable_conduction, sum_all_nodes
   use heat_petsc, only: operator_t, solve_by_petsc
-  use heat_sinks, only: sinks_t
   use simulation_parts, only: simulation_t
-  use simulation_run, only: e_film
+  use simulation_run, only: e_film, e_tool
   use transfer_conduction, only: min_capacity
   implicit none (type, external)
   private
@@ -21,7 +21,7 @@ module heat_nodes_implicit
   !> of `gather_flux`.
   type, extends(operator_t) :: nodal_system_t
     type(simulation_t), pointer :: sim => null()
-    type(sinks_t), pointer :: sinks => null()
+    type(exchange_t), pointer :: exchange => null()
     type(gaps_t), pointer :: gaps => null()
     logical :: is_unsolved = .false.
     real(rp) :: dt = 0.0_rp                     !! conduction step [s]
@@ -40,44 +40,40 @@ contains
   !> Collective. Set lane 4 to the temperatures at the end of a backward Euler step, whose
   !> increments x solve C x - (F(x) - F(0)) = F(T) + pending heat. The nodes then receive the fluxes
   !> at these temperatures, so that heat is conserved whatever the tolerance. The next step is
-  !> chosen from the error dt^2/2 d2T/dt2, filtered by a second solve, and from the temperature rise
-  !> by pending heat of friction and plastic work, as the flow stress follows only after a
-  !> conduction step. A failed solve sets `step%is_unsolved` on all ranks.
-  subroutine solve_implicit(sim, sinks, gaps, dt)
+  !> chosen from the error dt^2/2 d2T/dt2, filtered by a second solve. A failed solve sets
+  !> `step%is_unsolved` on all ranks.
+  subroutine solve_implicit(sim, exchange, gaps, dt)
     type(simulation_t), intent(inout), target :: sim
-    type(sinks_t), intent(inout), target :: sinks
+    type(exchange_t), intent(inout), target :: exchange
     type(gaps_t), intent(in), target :: gaps
     real(rp), intent(in) :: dt                  !! conduction step [s]
     real(rp), parameter :: fine = 1.0e-8_rp, rough = 0.1_rp   ! relative residuals of the solution
                                                               ! and of the error filter
     real(rp), dimension(sim%nodes%patch%nn, sim%scene%n_heat_groups) :: before, b, error, x
-    real(rp) :: film
-    real(rp) :: worst(2)                        ! largest error and largest temperature rise [K]
+    real(rp) :: booked(2)                       ! heat of films and tools [J]
+    real(rp) :: lost(8, size(sim%scene%symmetry))
+    real(rp) :: worst(1)                        ! largest error [K]
     type(nodal_system_t) :: system
     integer :: k, n
 
-    film = sim%budget%sums(e_film)   ! restored below: fluxes here are trial values
+    booked = sim%budget%sums([e_film, e_tool])   ! restored below: fluxes here are trial values
+    lost = sim%boundary%mirrors%lost
     n = sim%scene%n_heat_groups
     before = sim%nodes%g(4, :, :n)
-    call gather_flux(sim, sinks, gaps, dt)
+    call gather_flux(sim, exchange, gaps, dt, .true.)
     b = sim%nodes%g2(5, :, :n) + sim%nodes%g(3, :, :n)
-    call init_system(sim, system, sinks, gaps, dt)
+    call init_system(sim, system, exchange, gaps, dt)
     where (.not. system%is_free) b = 0.0_rp
     call solve(system, fine, b, x)
     associate (method => sim%scene%method)
       if (method%heat_interval == 0 .and. method%heat_step <= 0.0_rp) then
         b = merge(0.5_rp*(sim%nodes%g(1, :, :n)*x - b), 0.0_rp, system%is_free)
         call solve(system, rough, b, error)
-        worst(1) = maxval(abs(error), mask=system%is_own)
-        worst(2) = maxval(abs(sim%nodes%g(3, :, :n))/max(sim%nodes%g(1, :, :n), min_capacity), &
-                          mask=system%is_own)
-        worst = max(worst, tiny(1.0_rp))
+        worst = max(maxval(abs(error), mask=system%is_own), tiny(1.0_rp))
         call sim%world%max(worst)
-        sim%clock%heat_step = max(stable_conduction(sim%scene), &
-                                  dt &
-                                  *max(0.2_rp, &
-                                       min(1.5_rp, 0.8_rp*sqrt(method%heat_tolerance/worst(1)), &
-                                           method%heat_tolerance/worst(2))))
+        sim%clock%heat_step = max(stable_conduction(sim%scene), 0.2_rp*dt, &
+                                  min(1.5_rp*max(dt, sim%clock%heat_step), &
+                                      0.8_rp*dt*sqrt(method%heat_tolerance/worst(1))))
       end if
     end associate
     sim%nodes%g(4, :, :n) = before + x
@@ -85,14 +81,15 @@ contains
     do k = 1, n
       call restore(sim, r_temperature, sim%nodes%g(:, :, k))
     end do
-    sim%budget%sums(e_film) = film
+    sim%budget%sums([e_film, e_tool]) = booked
+    sim%boundary%mirrors%lost = lost
   end subroutine solve_implicit
 
   !> Set up the system of a step. Free nodes are those in use with a capacity, not behind a wall.
-  subroutine init_system(sim, system, sinks, gaps, dt)
+  subroutine init_system(sim, system, exchange, gaps, dt)
     type(nodal_system_t), intent(out) :: system
     type(simulation_t), intent(inout), target :: sim
-    type(sinks_t), intent(inout), target :: sinks
+    type(exchange_t), intent(inout), target :: exchange
     type(gaps_t), intent(in), target :: gaps
     real(rp), intent(in) :: dt                  !! time step [s]
     real(rp), parameter :: min_change = 1.0e-9_rp     ! rms temperature change at rounding level [K]
@@ -100,7 +97,7 @@ contains
     integer :: r
 
     system%sim => sim
-    system%sinks => sinks
+    system%exchange => exchange
     system%gaps => gaps
     system%dt = dt
     system%n = sim%scene%n_heat_groups
@@ -115,7 +112,7 @@ contains
     system%is_free(sim%boundary%mirrors%pair(1, :sim%boundary%mirrors%n_pairs), :) = .false.
     system%is_own = system%is_own .and. system%is_free
     sim%nodes%g(4, :, :system%n) = 0.0_rp
-    call gather_flux(sim, sinks, gaps, dt)
+    call gather_flux(sim, exchange, gaps, dt, .true.)
     system%at_zero = sim%nodes%g2(5, :, :system%n)
     all = sum(sim%nodes%g(1, :, :system%n), mask=system%is_own)
     call sim%world%sum(all)
@@ -188,7 +185,7 @@ contains
       do k = 1, n
         call restore(self%sim, r_warming, g(:, :, k))
       end do
-      call gather_flux(self%sim, self%sinks, self%gaps, self%dt)
+      call gather_flux(self%sim, self%exchange, self%gaps, self%dt, .true.)
       q = merge(g(1, :, :n)*p - (self%sim%nodes%g2(5, :, :n) - self%at_zero), 0.0_rp, self%is_free)
     end associate
   end subroutine apply

@@ -58,10 +58,10 @@ contains
     type(notes_t) :: notes
     type(numbers_t) :: of_run, of_rank
     character(:), allocatable :: file
-    real(rp) :: last(2)
+    real(rp) :: last(3)
 
     call share_probes(sim%world, sim%probes)
-    last = [sim%step%last%stiffness, sim%step%last%speed2]
+    last = [sim%step%last%stiffness, sim%step%last%speed2, sim%particles%warming]
     call sim%world%max(last)
     if (sim%nodes%n_groups > 1) call sim%pairs%gather_kept(sim%world)
     of_run%is_read = .false.
@@ -80,7 +80,7 @@ contains
   !> Write or read the numbers of the run; `last` are the maxima of all ranks in the last step.
   subroutine pass_numbers(sim, last, numbers)
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(inout) :: last(2)
+    real(rp), intent(inout) :: last(3)
     type(numbers_t), intent(inout) :: numbers
     real(rp) :: far, n_cubes(3), n_probes, scaling
     integer :: a, entries, frames, probes
@@ -107,7 +107,8 @@ contains
       call s%pass_one(h%row_time, 'the time of the last row [s]', 0.0_rp, c%time)
       call s%pass_one(probes, 'the number of probes', n_probes, n_probes)
       call s%pass_one(frames, 'the number of frames', 0.0_rp, real(size(s%value), rp))
-      call s%pass(2, last, 'a squared speed of the last step [m2/s2]', 0.0_rp, speed_of_light**2)
+      call s%pass(2, last(:2), 'a squared speed of the last step [m2/s2]', 0.0_rp, speed_of_light**2)
+      call s%pass_one(last(3), 'the temperature rise by stored heat [K]', 0.0_rp)
       call s%pass_one(c%refused, 'the number of refused steps', 0.0_rp, counts)
       call s%pass_one(scaling, 'the mass scaling', min_positive)
       call s%pass_one(c%inertial_peak, 'the largest inertial stress over flow stress', 0.0_rp)

@@ -22,7 +22,7 @@ module output_writer
   implicit none (type, external)
   private
 
-  public :: next_time, writer_t
+  public :: next_time, row_or_frame_is_due, writer_t
 
   !> Open files, and the state of the output.
   type :: writer_t
@@ -32,7 +32,6 @@ module output_writer
     type(warnings_t), private :: warnings
   contains
     procedure :: init, write_due
-    procedure, nopass :: row_or_frame_is_due
     procedure :: add_frame, write_row
     procedure, private :: write_tracer_rows
     procedure :: write_summary, sync, close => close_files

@@ -89,6 +89,8 @@ module particles_store
     real(rp), allocatable :: ball(:, :)        !! (4, nblk) centre and radius of the bounding ball
                                                !! at the last sort [m]; for body contact and heat
                                                !! sources
+    real(rp) :: warming = 0.0_rp               !! largest temperature rise of a particle by the heat
+                                               !! stored for the next conduction step [K]
     integer(i8) :: n_awake_particle_steps = 0  !! awake particles summed over the steps of this run
   contains
     procedure :: init, free, reserve, fit, change_fields, fetch, remove, velocity, total, extent

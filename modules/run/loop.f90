@@ -13,7 +13,7 @@ module run_loop
   use output_checkpoint, only: broken_path, checkpoint_path, save_checkpoint
   use output_diagnostics, only: is_finite, describe_failure
   use output_totals, only: energies, energies_t
-  use output_writer, only: writer_t
+  use output_writer, only: row_or_frame_is_due, writer_t
   use particles_migrate, only: find_outside
   use particles_store, only: f_vel
   use run_debris, only: remove_debris
@@ -190,7 +190,8 @@ contains
       call sim%hook(k)%it%after_step(sim, dt)
     end do
     if (sim%scene%method%conducts) then
-      if (conduction_is_due(sim, dt)) then
+      if (conduction_is_due(sim, dt) .or. &
+          row_or_frame_is_due(sim%clock, sim%clock%time >= sim%scene%end_time)) then
         call conduct(sim, sim%clock%time - sim%clock%heat_time)
         if (sim%step%is_unsolved) then
           status = ended_broken
@@ -241,7 +242,7 @@ contains
     character(:), allocatable, intent(inout) :: message
     type(error_t), intent(inout) :: error
 
-    if (sim%scene%method%shows_motion .and. writer%row_or_frame_is_due(sim%clock, last)) then
+    if (sim%scene%method%shows_motion .and. row_or_frame_is_due(sim%clock, last)) then
       call sort_if_due(sim, status, message)
       if (status == ended_broken) return
       call find_motion(sim)

@@ -39,7 +39,7 @@ contains
     character(:), allocatable :: message, wrong
     type(numbers_t) :: of_run, of_rank
     type(box_t) :: cubes
-    real(rp) :: last(2), time
+    real(rp) :: last(3), time
     logical :: same_ranks
     integer :: plain
 
@@ -57,6 +57,7 @@ contains
     if (of_run%error%is_set()) call error%raise(path//': '//of_run%error%message)
     if (error%is_set()) return
     sim%step%last = outcome_t(last(1), last(2))
+    sim%particles%warming = last(3)
     call sim%particles%change_fields(sim%scene%layout%n)
     of_rank%place = '/ranks/local'
     associate (motion => sim%sleepers%motion)

@@ -46,7 +46,7 @@ contains
                                        [own, real(stop_signal(), rp), &
                                         real(sim%budget%failed_returns, rp), &
                                         unsecured, merge(1.0_rp, 0.0_rp, &
-                                        sim%step%lost_row), near_tools(sim)])
+                                        sim%step%lost_row), sim%particles%warming, near_tools(sim)])
   end subroutine post_acceptance
 
   !> Collective. Refuse the step if a node moves farther than half a cell, or a particle might have
@@ -66,7 +66,8 @@ contains
       sim%step%signal = nint(most(3))
       sim%step%worst_returns = nint(most(4))
       sim%step%output_is_lost = most(6) > 0.0_rp
-      sim%step%is_near = most(7:) > 0.0_rp
+      sim%clock%warming = most(7)
+      sim%step%is_near = most(8:) > 0.0_rp
       sim%step%safety_is_due = most(5) >= sim%scene%output%safety_interval
       sim%step%is_broken = .not. is_sound(most(1:2))
     end associate

@@ -7,13 +7,11 @@ module transfer_conduction
   use base_kinds, only: nlane, rp
   use transfer_gather, only: gather_block, lanes_t
   use transfer_scatter, only: p2g_affine_block, p2g_block, p2g_values_block
-  use transfer_weights, only: point_nodes
   implicit none (type, external)
   private
 
   public :: capacity_to_grid, pressure_to_grid, compute_nodal_temperature, compute_nodal_pressure
-  public :: compute_boundary_rates, film_to_grid, flux_to_grid, heat_particles, largest_rate
-  public :: compute_increment, surface_to_grid
+  public :: add_increment, compute_increment, flux_to_grid, heat_particles, surface_to_grid
 
   real(rp), parameter, public :: min_capacity = 1.0e-30_rp  !! capacity below which a node is empty
                                                             !! [J/K]
@@ -128,57 +126,10 @@ contains
     call p2g_affine_block(n, w, w, first, rec, stride, nn, g)
   end subroutine surface_to_grid
 
-  !> Add the film loss in `dt` of a face at `s` to lane 5 of `flux`, with linear weights.
-  subroutine film_to_grid(dt, coefficient, area, ambient, s, stride, nn, g, flux, lost)
-    real(rp), intent(in) :: dt, coefficient, area, ambient  !! time step [s], heat-transfer
-                                                            !! coefficient
-                                                      !! [W/(m2 K)], area [m2], ambient temperature
-                                                      !! [K]
-    real(rp), intent(in) :: s(3)                      !! position from the first node [cells]
-    integer, intent(in) :: stride(3), nn
-    real(rp), intent(in) :: g(8, nn)
-    real(rp), intent(inout) :: flux(8, nn)
-    real(rp), intent(inout) :: lost                   !! running sum of the heat lost [J]
-    real(rp) :: weight(0:7), heat
-    integer :: c, q(0:7)
-
-    call point_nodes(s, stride, 1, min_capacity, nn, g, q, weight)
-    heat = -dt*coefficient*area*(sum(weight*g(4, q)) - sum(weight)*ambient)  ! zero if all nodes are
-                                                                             ! empty
-    do c = 0, 7
-      flux(5, q(c)) = flux(5, q(c)) + heat*weight(c)
-    end do
-    lost = lost - heat
-  end subroutine film_to_grid
-
-  !> Rates of a run of nodes, to lane 4 of `flux`: boundary conductances (lane 6) over capacities.
-  subroutine compute_boundary_rates(n, g, flux)
-    integer, intent(in) :: n
-    real(rp), intent(in) :: g(8, n)
-    real(rp), intent(inout) :: flux(8, n)
-    integer :: i
-
-    do i = 1, n
-      flux(4, i) = 0.0_rp
-      if (g(1, i) > min_capacity) flux(4, i) = flux(6, i)/g(1, i)
-    end do
-  end subroutine compute_boundary_rates
-
-  !> Largest mean of the rates of nodes (lane 4 of `flux`) at the particles of a block [1/s].
-  real(rp) function largest_rate(n, w, first, stride, nn, flux, rec)
-    integer, intent(in) :: n, first(nlane), stride(3), nn
-    real(rp), intent(in) :: w(nlane, 18), flux(8, nn)
-    real(rp), intent(inout) :: rec(8, 4, nlane)
-    type(lanes_t), parameter :: wanted = lanes_t(sloped=1, n_sloped=0, plain=4, n_plain=1)
-    real(rp) :: no_value(nlane, 0), no_slope(nlane, 0), rate(nlane, 1)
-
-    call gather_block(wanted, n, w, first, stride, nn, flux, rec, no_value, no_slope, rate)
-    largest_rate = maxval(rate(:n, 1))
-  end function largest_rate
-
   !> Temperature increment of a run of nodes, from conducted heat (lane 5 of `flux`) and stored
   !> heat. Lane 5 becomes the increment, lane 6 the new and lane 8 the old temperature, lane 7 the
-  !> mean difference of the particles from lane 8, weighted by the fraction that is smoothed.
+  !> mean difference of the particles from lane 8, weighted by the fraction that is smoothed, and lane
+  !> 2 the rate of the conductances (lane 6 of `flux`) [1/s].
   subroutine compute_increment(n, flux, g)
     integer, intent(in) :: n
     real(rp), intent(in) :: flux(8, n)
@@ -189,13 +140,27 @@ contains
       g(8, i) = g(5, i)
       g(5, i) = 0.0_rp
       g(7, i) = 0.0_rp
+      g(2, i) = 0.0_rp
       if (g(1, i) > min_capacity) then
         g(5, i) = (flux(5, i) + g(3, i))/g(1, i)
+        g(2, i) = flux(6, i)/g(1, i)
       end if
       if (flux(7, i) > min_capacity) g(7, i) = flux(8, i)/flux(7, i)
       g(6, i) = g(8, i) + g(5, i)
     end do
   end subroutine compute_increment
+
+  !> Add the heat in lane 5 of `flux` to the increments of a run of nodes.
+  subroutine add_increment(n, flux, g)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: flux(8, n)
+    real(rp), intent(inout) :: g(8, n)
+    integer :: i
+
+    do i = 1, n
+      if (g(1, i) > min_capacity) g(5:6, i) = g(5:6, i) + flux(5, i)/g(1, i)
+    end do
+  end subroutine add_increment
 
   !> Update the particle temperatures by the increment in lane 5 and consume their stored heat. They
   !> return the fraction `smoothing` of their difference from the nodes (lane 8) less the nodal mean

@@ -24,7 +24,7 @@ def test_implicit_beside_mechanics(run, tmp_path):
         results[ranks] = run("line", "--quiet", sets=sets, ranks=ranks, directory=tmp_path / str(ranks)).results("line")
     history = results[1].history()
     for name, x, y in (("side", 10e-3, 10e-3), ("behind", 0.0, 10e-3), ("ahead", 30e-3, 6e-3)):
-        rise, exact = last(results[1], name) - 300.0, under_line(x, y, 2.0, 10e-3)
+        rise, exact = last(results[1], name) - 300.0, under_line(x, y, 2.0, 10e-3, 2e-3)
         print(name, rise, exact)
         assert rise == pytest.approx(exact, abs=1.0)
     content = history["heat_content[J]"]

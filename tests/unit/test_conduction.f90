@@ -4,10 +4,9 @@
 program test_conduction
   use base_kinds, only: nlane, rp
   use check, only: begin_tests, end_tests, expect_close
-  use transfer_conduction, only: capacity_to_grid, compute_boundary_rates, compute_increment, &
-                                 compute_nodal_pressure, compute_nodal_temperature, film_to_grid, &
-                                 flux_to_grid, heat_particles, largest_rate, pressure_to_grid, &
-                                 surface_to_grid
+  use transfer_conduction, only: add_increment, capacity_to_grid, compute_increment, &
+                                 compute_nodal_pressure, compute_nodal_temperature, flux_to_grid, &
+                                 heat_particles, pressure_to_grid, surface_to_grid
   use transfer_scatter, only: p2g_affine_block
   use transfer_weights, only: block_weights, moment_weights, own_weights
   implicit none (type, external)
@@ -32,11 +31,9 @@ program test_conduction
     call test_pressure()
     call test_flux()
     call test_surface()
-    call test_rates()
     call test_heating()
     call test_affine()
   end do
-  call test_film()
   call end_tests()
 
 contains
@@ -194,27 +191,10 @@ contains
     call compare('lanes without a surface', [g(7:8, :)], spread(0.0_rp, 1, 2*nn))
   end subroutine test_surface
 
-  !> Conductances over capacities, none at empty nodes, and their largest mean at the particles.
-  subroutine test_rates()
-    real(rp) :: flux(8, nn), g(8, nn), old(8, nn)
-
-    call random_number(g)
-    call random_number(flux)
-    g(1, ::3) = 0.0_rp
-    old = flux
-    call compute_boundary_rates(nn, g, flux)
-    call compare('rates', flux(4, :), merge(old(6, :)/max(g(1, :), tiny(1.0_rp)), 0.0_rp, &
-                                            g(1, :) > 0.0_rp))
-    call compare('lanes that rates leave alone', [flux([1, 2, 3, 5, 6, 7, 8], :)], &
-                 [old([1, 2, 3, 5, 6, 7, 8], :)])
-    call expect_close('largest rate', largest_rate(n, w, first, stride, nn, flux, rec), &
-                      maxval(to_particles(0, flux(4, :))), rtol=1.0e-12_rp)
-  end subroutine test_rates
-
   !> From fluxes to increments of the nodes, and from there to the particles.
   subroutine test_heating()
     real(rp) :: back(n), evened, flux(8, nn), g(8, nn), gained, old_heat(nlane), old_temp(nlane)
-    real(rp) :: old(8, nn), want(n)
+    real(rp) :: old(8, nn), want(n), want_nodes(2, nn)
 
     call random_number(g)
     call random_number(flux)
@@ -224,6 +204,10 @@ contains
     call compare('increment', g(5, :), (flux(5, :) + old(3, :))/old(1, :))
     call compare('temperature after', g(6, :), old(5, :) + g(5, :))
     call compare('mean difference', g(7, :), flux(8, :)/flux(7, :))
+    call compare('rate of conductances', g(2, :), flux(6, :)/old(1, :))
+    want_nodes = g(5:6, :) + spread(flux(5, :)/old(1, :), 1, 2)
+    call add_increment(nn, flux, g)
+    call compare('increments added', [g(5:6, :)], [want_nodes])
     old_temp = temp
     old_heat = heat
     gained = 2.0_rp
@@ -289,27 +273,5 @@ contains
 
     corner = [(i - 1)/stride(1), mod(i - 1, stride(1))/stride(2), mod(i - 1, stride(2))]
   end function corner_of
-
-  !> A film takes h A dt (T - ambient) at the linear mean of the nodes around, which all hold metal.
-  subroutine test_film()
-    real(rp), parameter :: area = 0.02_rp, dt = 0.3_rp, film = 40.0_rp, lost_before = 11.0_rp
-    real(rp), parameter :: ambient = 290.0_rp, at(3) = [2.3_rp, 1.6_rp, 2.9_rp]
-    real(rp) :: flux(8, nn), g(8, nn), lost, mean, heat_lost
-    integer :: i
-
-    g = 1.0_rp
-    flux = 0.0_rp
-    do i = 1, nn
-      g(4, i) = 400.0_rp + dot_product([3.0_rp, -5.0_rp, 7.0_rp], real(corner_of(i), rp))
-    end do
-    lost = lost_before
-    call film_to_grid(dt, film, area, ambient, at, stride, nn, g, flux, lost)
-    mean = 400.0_rp + dot_product([3.0_rp, -5.0_rp, 7.0_rp], at)
-    heat_lost = dt*film*area*(mean - ambient)
-    call expect_close('heat lost by a film', lost - lost_before, heat_lost, rtol=1.0e-12_rp)
-    call expect_close('film takes it from the nodes', sum(flux(5, :)), -heat_lost, rtol=1.0e-12_rp)
-    call expect_close('from the nodes around', &
-                      dot_product(flux(5, :), g(4, :)), -heat_lost*mean, rtol=1.0e-12_rp)
-  end subroutine test_film
 
 end program test_conduction
