@@ -21,9 +21,9 @@ module heat_conduction
 
   public :: conduct, conduction_is_due, conduction_step
 
-  !> Temperature rise of a particle by its stored heat that makes a conduction step due, over TOLERANCE:
-  !> on average half of this heat is stored, and a particle at a face takes half of it, so that its
-  !> temperature is late by TOLERANCE.
+  !> Temperature rise of a particle by its stored heat that makes a conduction step due, over
+  !> TOLERANCE: on average half of this heat is stored, and a particle at a face takes half of it,
+  !> so that its temperature is late by TOLERANCE.
   real(rp), parameter :: stored_share = 4.0_rp
 
 contains
@@ -37,7 +37,8 @@ contains
     associate (method => sim%scene%method)
       if (conduction_step >= huge(1.0_rp)) return
       if (.not. method%implicit_heat) then
-        if (sim%clock%heat_step > 0.0_rp) conduction_step = min(conduction_step, sim%clock%heat_step)
+        if (sim%clock%heat_step > 0.0_rp) conduction_step = &
+          min(conduction_step, sim%clock%heat_step)
       else if (method%heat_interval > 0) then
         conduction_step = huge(1.0_rp)
       else if (method%heat_step > 0.0_rp) then
@@ -147,8 +148,8 @@ contains
   end subroutine limit_step
 
   !> Temperature increments of the nodes in a step. An implicit step has the temperatures of its end
-  !> in lane 4; in an explicit one the exchange with what is outside the bodies follows the increments
-  !> by all other heat.
+  !> in lane 4; in an explicit one the exchange with what is outside the bodies follows the
+  !> increments by all other heat.
   subroutine find_increments(sim, exchange, gaps, dt)
     type(simulation_t), intent(inout) :: sim
     type(exchange_t), intent(inout) :: exchange

@@ -2,9 +2,10 @@
 !> Exchange of heat between particles and what is outside their body: films and radiation on faces,
 !> backings behind films, and tools. Each contact of a particle carries the heat flow G (T_s - T_o),
 !> with the surface temperature T_s = T_p + q d/k, which includes the temperature drop of a friction
-!> heat flux q over the depth d = half a spacing, the temperature T_o outside, and G = A/(1/h + d/k).
-!> Faces move with their particles; their area and normal are constant. A particle that was in
-!> contact with a tool since the last conduction step has its mean contact area A in this time.
+!> heat flux q over the depth d = half a spacing, the temperature T_o outside, and the conductance G
+!> = A/(1/h + d/k). Faces move with their particles; their area and normal are constant. A particle
+!> that was in contact with a tool since the last conduction step has its mean contact area A in
+!> this time.
 !>
 !> Heat is taken from the nodes by the weights w of the particle. An explicit step takes the flow at
 !> the end of the step: that at the temperatures which all other heat gives, divided by 1 + dt sum
@@ -60,8 +61,8 @@ contains
       .or. any([(any(sim%scene%body(b)%film%acts()), b=1, size(sim%scene%body))])
   end function exchanges_heat
 
-  !> List the contacts of this rank for a conduction step `dt` [s], the time since the last one, from
-  !> the temperatures and pressures at the nodes (heat_nodes).
+  !> List the contacts of this rank for a conduction step `dt` [s], the time since the last one,
+  !> from the temperatures and pressures at the nodes (heat_nodes).
   subroutine find_contacts(sim, dt, x)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt
@@ -162,7 +163,8 @@ contains
 
   !> Heat-transfer coefficient [W/(m2 K)] of a film at the pressure of the body and the temperature
   !> outside [K]. Radiation is linearised about the temperature of the metal: its share of the
-  !> coefficient is 4 eps sigma T^3, and the temperature outside is such that the flow is exact at T.
+  !> coefficient is 4 eps sigma T^3, and the temperature outside is such that the flow is exact at
+  !> T.
   pure subroutine find_film(film, temp, pressure, coefficient, outside)
     type(film_t), intent(in) :: film
     real(rp), intent(in) :: temp, pressure          !! [K], [Pa]
@@ -186,16 +188,16 @@ contains
     real(rp), intent(in) :: dt                         !! time since the last conduction step [s]
     real(rp), intent(in) :: w(nlane, 18)
     type(exchange_t), intent(inout) :: x
-    real(rp) :: area, gap, margin, normal(3)
+    real(rp) :: area, depth, gap, margin, normal(3)
     integer :: p
 
     associate (tool => sim%tool(k), ps => sim%particles%ps(:, :, b))
       do p = 1, sim%particles%count(b)
         if (ps(p, tool%heat%place) <= 0.0_rp) cycle
         call tool%distance(ps(p, f_pos:f_pos + 2), gap, normal, margin)
+        depth = 0.5_rp*norm2(normal*sim%scene%spacing_of(sim%particles%body(b), ps(p, :)))
         area = ps(p, tool%heat%place)/dt
-        call add_contact(sim, b, p, w(p, :9), first(p), k, area, tool%heat%gap_coefficient, &
-                         0.5_rp*norm2(normal*sim%scene%spacing_of(sim%particles%body(b), ps(p, :))), &
+        call add_contact(sim, b, p, w(p, :9), first(p), k, area, tool%heat%gap_coefficient, depth, &
                          ps(p, tool%heat%place + 1)/(dt*area), 0.0_rp, x)
       end do
     end associate
@@ -211,7 +213,8 @@ contains
     real(rp) :: conductivity, resistance               ! [W/(m K)]; of the metal to the surface
                                                        ! [m2 K/W]
 
-    associate (body => sim%scene%body(sim%particles%body(b)), temp => sim%particles%ps(p, f_temp, b))
+    associate (body => sim%scene%body(sim%particles%body(b)), &
+               temp => sim%particles%ps(p, f_temp, b))
       conductivity = sim%scene%material(body%material)%conductivity_at(temp)
       resistance = 0.0_rp                              ! without conduction a particle is even
       if (conductivity > 0.0_rp) resistance = depth/conductivity
@@ -247,9 +250,9 @@ contains
 
   !> Collective. Subtract the heat flows of a step `dt` [s] from lane 5 of the second grid and book
   !> them. With the nodal temperatures at the end of the step in lane 4 (`ends`) they are those at
-  !> these temperatures. Otherwise lane 4 is the temperature before the step, lane 5 its increment by
-  !> all other heat, and lane 2 the rate L/C of the conductances; the flow is then that at the end of
-  !> the step, with the response of the metal to an even flow through its neighbours.
+  !> these temperatures. Otherwise lane 4 is the temperature before the step, lane 5 its increment
+  !> by all other heat, and lane 2 the rate L/C of the conductances; the flow is then that at the
+  !> end of the step, with the response of the metal to an even flow through its neighbours.
   subroutine add_exchange(sim, dt, ends, x)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt

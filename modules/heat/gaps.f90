@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
 !> Heat flow between bodies in contact, h A (T_1 - T_2), at each node where both have mass. A is the
-!> integral of the nodal shape function over the contact surface. T_1 and T_2 are interpolated between
-!> the nodes half a particle spacing inside the bodies. A nodal temperature is the mean over the
-!> particles with weight there, which at a surface are all on one side: it belongs to their centroid.
-!> The metal from these places to the surfaces is in series with the gap.
+!> integral of the nodal shape function over the contact surface. T_1 and T_2 are interpolated
+!> between the nodes half a particle spacing inside the bodies. A nodal temperature is the mean over
+!> the particles with weight there, which at a surface are all on one side: it belongs to their
+!> centroid. The metal from these places to the surfaces is in series with the gap.
 module heat_gaps
   use base_kinds, only: nlane, rp
   use boundary_symmetry, only: r_flux, reflect
@@ -89,8 +89,8 @@ contains
         inwards = (2*k - 3)*sim%pairs%normal(:, e)
         depth = 0.5_rp*norm2(inwards*body%spacing*patch%edges_at(x)/sim%scene%grid%h)
         at = patch%linear_place(x + depth*inwards)
-        call point_nodes(at, patch%stride, 1, min_capacity, patch%nn, sim%nodes%g(:, :, groups(k)), &
-                         node(:, k), weight(:, k))
+        call point_nodes(at, patch%stride, 1, min_capacity, patch%nn, &
+                         sim%nodes%g(:, :, groups(k)), node(:, k), weight(:, k))
         if (sum(weight(:, k)) <= 0.0_rp) return
         temp = sum(weight(:, k)*sim%nodes%g(4, node(:, k), groups(k)))
         depth = 0.0_rp
@@ -156,13 +156,13 @@ contains
                            1.0_rp/sim%scene%material(body%material)%rho, p%ps(:, f_jac, b), &
                            p%ps(:, f_mass, b), p%ps(:, f_tau:f_tau + 5, b), nodes%rec, &
                            nodes%g2(:, :, body%heat_group))
-      call add_centroids(p%count(b), w, first, p%ps(:, f_mass, b), p%ps(:, f_pos:f_pos + 2, b), nodes, &
-                         sim%pairs, nodes%g2(7:8, :, body%heat_group))
+      call add_centroids(p%count(b), w, first, p%ps(:, f_mass, b), p%ps(:, f_pos:f_pos + 2, b), &
+                         nodes, sim%pairs, nodes%g2(7:8, :, body%heat_group))
     end associate
   end subroutine add_block
 
-  !> Add the mass of a block of particles at the nodes of pairs, and the mass times the distance from
-  !> the node along the normal of the pair.
+  !> Add the mass of a block of particles at the nodes of pairs, and the mass times the distance
+  !> from the node along the normal of the pair.
   pure subroutine add_centroids(n, w, first, mass, x, nodes, pairs, sums)
     integer, intent(in) :: n, first(nlane)
     real(rp), intent(in) :: w(nlane, 18), mass(nlane), x(nlane, 3)
@@ -188,8 +188,9 @@ contains
     end do
   end subroutine add_centroids
 
-  !> Add the heat flow through the gaps of this rank in `dt` to lane 5 of the second grid, as those of
-  !> heat_exchange: at the temperatures in lane 4, or (unless `ends`) at the end of an explicit step.
+  !> Add the heat flow through the gaps of this rank in `dt` to lane 5 of the second grid, as those
+  !> of heat_exchange: at the temperatures in lane 4, or (unless `ends`) at the end of an explicit
+  !> step.
   subroutine add_gap_fluxes(nodes, gaps, dt, ends)
     type(nodes_t), intent(inout) :: nodes
     type(gaps_t), intent(in) :: gaps

@@ -22,8 +22,8 @@ module heat_nodes
   public :: stable_conduction
   public :: sum_all_nodes
 
-  !> Rate of smoothing over kappa/spacing^2. Heat of a face enters at the scale of a cell, which is as
-  !> well resolved by any number of steps; 0.1 to 1 is the range in which the temperature of the
+  !> Rate of smoothing over kappa/spacing^2. Heat of a face enters at the scale of a cell, which is
+  !> as well resolved by any number of steps; 0.1 to 1 is the range in which the temperature of the
   !> particles at a face does not depend on it by more than 3 % (tests/verification/ablation.md).
   real(rp), parameter :: smoothing = 0.3_rp
 
@@ -207,9 +207,9 @@ contains
   end subroutine centre_increment
 
   !> Collective. Heat to the nodes in `dt` by conduction at the temperatures in lane 4, to lane 5 of
-  !> the second grid; with `ends`, lane 4 is the temperature at the end of the step, and the exchange
-  !> with what is outside the bodies is included; otherwise its conductances [W/K] are in lane 6. Lane
-  !> 8: capacity times the smoothed differences of particles from the nodal field.
+  !> the second grid; with `ends`, lane 4 is the temperature at the end of the step, and the
+  !> exchange with what is outside the bodies is included; otherwise its conductances [W/K] are in
+  !> lane 6. Lane 8: capacity times the smoothed differences of particles from the nodal field.
   subroutine gather_flux(sim, exchange, gaps, dt, ends)
     type(simulation_t), intent(inout) :: sim
     type(exchange_t), intent(inout) :: exchange

@@ -107,7 +107,8 @@ contains
       call s%pass_one(h%row_time, 'the time of the last row [s]', 0.0_rp, c%time)
       call s%pass_one(probes, 'the number of probes', n_probes, n_probes)
       call s%pass_one(frames, 'the number of frames', 0.0_rp, real(size(s%value), rp))
-      call s%pass(2, last(:2), 'a squared speed of the last step [m2/s2]', 0.0_rp, speed_of_light**2)
+      call s%pass(2, last(:2), 'a squared speed of the last step [m2/s2]', 0.0_rp, &
+        speed_of_light**2)
       call s%pass_one(last(3), 'the temperature rise by stored heat [K]', 0.0_rp)
       call s%pass_one(c%refused, 'the number of refused steps', 0.0_rp, counts)
       call s%pass_one(scaling, 'the mass scaling', min_positive)

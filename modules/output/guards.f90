@@ -36,6 +36,8 @@ module output_guards
     real(rp) :: balanced_until = 0.0_rp      !! time of the last row with a closed balance [s]
     logical :: has_warned = .false.          !! a warning of the balance was given
     logical :: is_first = .true., starts_molten = .false.
+    real(rp) :: low = 0.0_rp, high = 0.0_rp  !! coldest and hottest of the metal at the first row,
+                                             !! and of all that it exchanged heat with since [K]
   contains
     procedure :: check
   end type guards_t
@@ -71,7 +73,14 @@ contains
 
     if (sim%step%is_broken) return
     call check_balance(self, sim, columns, reason)
+    if (self%is_first) then
+      self%starts_molten = melt_ratio > 1.0_rp
+      self%low = columns%value('temperature_min')
+      self%high = columns%value('temperature_max')
+    end if
+    self%is_first = .false.
     if (reason == '') call check_melting(self, columns, melt_ratio, reason)
+    if (reason == '') call check_range(self, sim, columns, reason)
     if (reason == '') call check_torque(sim, sim%history%row_gained, reason)
     if (reason == '') return
     sim%step%is_broken = .true.
@@ -133,20 +142,75 @@ contains
   !> plastic work, so that only heat sources, hot surroundings or the initial state can heat it
   !> there.
   subroutine check_melting(self, columns, melt_ratio, reason)
-    type(guards_t), intent(inout) :: self
+    type(guards_t), intent(in) :: self
     type(row_t), intent(in) :: columns
     real(rp), intent(in) :: melt_ratio
     character(:), allocatable, intent(out) :: reason
 
     reason = ''
-    if (self%is_first) self%starts_molten = melt_ratio > 1.0_rp
-    self%is_first = .false.
     if (melt_ratio <= largest_melt_ratio .or. self%starts_molten) return
     if (abs(columns%value('source_heat')) + abs(columns%value('wall_heat')) > 0.0_rp) return
     reason = 'metal is heated to '//str(melt_ratio)//' times its melting temperature, though '// &
              'nothing but friction and plastic work heats it: the steps are too long; lower '// &
              '&TIME CFL or MASS_SCALING, or &HEAT EVERY and STEP if they are given'
   end subroutine check_melting
+
+  !> Check for metal that is colder than all that was or is in the scene, or hotter where nothing
+  !> heats it, by more than a tenth of the range of temperatures and a kelvin.
+  subroutine check_range(self, sim, columns, reason)
+    type(guards_t), intent(inout) :: self
+    type(simulation_t), intent(in) :: sim
+    type(row_t), intent(in) :: columns
+    character(:), allocatable, intent(out) :: reason
+    real(rp) :: slack
+    integer :: b, k
+
+    reason = ''
+    if (.not. sim%scene%method%conducts) return
+    do b = 1, size(sim%scene%body)
+      associate (film => sim%scene%body(b)%film)
+        if (.not. any(film%acts())) cycle
+        call widen(self, film%ambient, film%acts())
+      end associate
+    end do
+    associate (walls => sim%scene%symmetry)
+      call widen(self, walls%temperature, walls%temperature > 0.0_rp)
+    end associate
+    do k = 1, size(sim%tool)
+      if (.not. sim%tool(k)%heat%is_on) cycle
+      call widen(self, sim%tool(k)%heat%range(), [.true., .true.])
+    end do
+    do b = 1, size(sim%backing)
+      do k = 1, size(sim%backing(b)%column)
+        call widen(self, sim%backing(b)%column(k)%range(), [.true., .true.])
+      end do
+    end do
+    associate (coldest => columns%value('temperature_min'), &
+               hottest => columns%value('temperature_max'), low => self%low, high => self%high)
+      slack = max(1.0_rp, 0.1_rp*(max(high, hottest) - low))
+      if (coldest < low - slack) then
+        reason = 'metal is at '//str(coldest)//' K, though nothing in the scene was ever below '// &
+                 str(low)//' K'
+      else if (hottest > high + slack .and. abs(columns%value('friction_heat')) &
+               + abs(columns%value('plastic_work')) + abs(columns%value('source_heat')) &
+               <= 0.0_rp) then
+        reason = 'metal is at '//str(hottest)//' K, though nothing heats it and nothing in the '// &
+                 'scene was ever above '//str(high)//' K'
+      end if
+    end associate
+    if (reason /= '') reason = reason//': conduction is unstable; lower &HEAT FOURIER, or EVERY '// &
+      'and STEP if they are given'
+  end subroutine check_range
+
+  !> Widen the range of temperatures of the scene.
+  pure subroutine widen(self, temperature, counts)
+    type(guards_t), intent(inout) :: self
+    real(rp), intent(in) :: temperature(:)         !! [K]
+    logical, intent(in) :: counts(:)               !! temperatures that metal may take
+
+    self%low = min(self%low, minval(temperature, counts))
+    self%high = max(self%high, maxval(temperature, counts))
+  end subroutine widen
 
   !> Check the torque of tools of revolution. It comes from friction alone and is at most the shear
   !> strength times area of the face times the largest radius and half a particle spacing, as arms

@@ -138,6 +138,7 @@ contains
       call row%add('heat_content', 'J', merge(now%heat, 0.0_rp, &
                                               all(sim%scene%material%has_heat_capacity)))
       call row%add('temperature_max', 'K', now%max_temperature)
+      call row%add('temperature_min', 'K', now%min_temperature)
       call row%add('strain_rate_max', '1/s', now%max_strain_rate)
       call row%add('kinetic_over_internal', '%', t%over_internal)
       call row%add('inertial_stress_over_flow', '%', 100.0_rp*now%inertial_ratio)

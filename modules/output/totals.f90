@@ -25,6 +25,7 @@ module output_totals
     real(rp) :: elastic = 0.0_rp             !! elastic energy [J]
     real(rp) :: heat = 0.0_rp                !! heat content [J]
     real(rp) :: max_temperature = 0.0_rp     !! [K]
+    real(rp) :: min_temperature = huge(1.0_rp)   !! [K]
     real(rp) :: max_strain_rate = 0.0_rp     !! [1/s]
     real(rp) :: inertial_ratio = 0.0_rp      !! largest inertial stress over flow stress
   end type energies_t
@@ -62,6 +63,7 @@ contains
         now%heat = now%heat + mat%heat_content(n, ps(1:n, f_mass), ps(1:n, f_temp)) &
                    + sum(ps(1:n, f_heat))
         now%max_temperature = max(now%max_temperature, maxval(ps(1:n, f_temp)))
+        now%min_temperature = min(now%min_temperature, minval(ps(1:n, f_temp)))
         if (sim%scene%body(sim%particles%body(b))%is_rigid()) cycle
         now%kinetic = now%kinetic + kinetic_energy(ps(:, f_mass), ps(:, f_vel:f_vel + 2))
         now%elastic = now%elastic &
@@ -110,14 +112,15 @@ contains
     type(simulation_t), intent(inout) :: sim
     type(totals_t), intent(out) :: totals
     real(rp), allocatable :: all(:)
-    real(rp) :: maxima(4 + size(sim%tool))
+    real(rp) :: maxima(5 + size(sim%tool))
     integer :: k, last
 
     totals = zero_totals(sim)
     totals%now = energies(sim)
     associate (now => totals%now)
       maxima = [now%max_temperature, now%max_strain_rate, now%inertial_ratio, &
-                merge(0.0_rp, 1.0_rp, is_finite(sim%particles)), sim%tool%max_face_temperature]
+                merge(0.0_rp, 1.0_rp, is_finite(sim%particles)), -now%min_temperature, &
+                sim%tool%max_face_temperature]
       all = [sim%budget%sums, now%kinetic, now%elastic, now%heat, &
              (sim%tool(k)%sums, k=1, size(sim%tool)), &
              reshape(sim%budget%impulse, [size(sim%budget%impulse)]), sim%budget%hooks]
@@ -125,9 +128,9 @@ contains
       call sim%world%max(maxima)
       totals%budget = all(1:n_sums)
       now = energies_t(all(n_sums + 1), all(n_sums + 2), all(n_sums + 3), &
-                       maxima(1), maxima(2), maxima(3))
+                       maxima(1), -maxima(5), maxima(2), maxima(3))
     end associate
-    totals%max_face_temperature = maxima(5:)
+    totals%max_face_temperature = maxima(6:)
     last = n_sums + 3 + size(totals%tool)
     totals%tool = reshape(all(n_sums + 4:last), shape(totals%tool))
     totals%impulse = reshape(all(last + 1:), shape(totals%impulse))

@@ -19,7 +19,8 @@ module simulation_run
     real(rp) :: displacement = 0.0_rp    !! largest particle displacement since the last sort [m]
     real(rp) :: heat_time = 0.0_rp       !! time of the last conduction step [s]
     real(rp) :: heat_step = 0.0_rp       !! next conduction step [s]; 0: none yet
-    real(rp) :: warming = 0.0_rp         !! largest temperature rise of a particle by heat stored for
+    real(rp) :: warming = 0.0_rp         !! largest temperature rise of a particle by heat stored
+                                         !! for
                                          !! the next conduction step, before the last step [K]
     real(rp) :: next_frame = 0.0_rp, next_history = 0.0_rp, next_checkpoint = 0.0_rp
     real(rp) :: max_speed = 0.0_rp      !! largest grid velocity at a particle in the last step

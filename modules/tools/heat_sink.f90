@@ -40,7 +40,8 @@ module tools_heat_sink
     real(rp) :: gained = 0.0_rp, lost = 0.0_rp    !! heat taken from the bodies, heat lost to the
                                                   !! coolant [J]
   contains
-    procedure :: make_rod, make_lumped, face_response, absorb, content, state, set_state
+    procedure :: make_rod, make_lumped, face_response, absorb, content, range => range_of, state
+    procedure :: set_state
   end type heat_sink_t
 
   type :: backing_t
@@ -165,6 +166,15 @@ contains
     content = 0.0_rp
     if (self%is_on) content = sum(self%capacity*self%temperature)
   end function content
+
+  !> Lowest and highest temperature of the sink and its coolant [K].
+  pure function range_of(self) result(range)
+    class(heat_sink_t), intent(in) :: self
+    real(rp) :: range(2)
+
+    range = [minval(self%temperature), maxval(self%temperature)]
+    if (self%cooling > 0.0_rp) range = [min(range(1), self%coolant), max(range(2), self%coolant)]
+  end function range_of
 
   !> State for a checkpoint.
   pure function state(self) result(values)

@@ -128,8 +128,8 @@ contains
 
   !> Temperature increment of a run of nodes, from conducted heat (lane 5 of `flux`) and stored
   !> heat. Lane 5 becomes the increment, lane 6 the new and lane 8 the old temperature, lane 7 the
-  !> mean difference of the particles from lane 8, weighted by the fraction that is smoothed, and lane
-  !> 2 the rate of the conductances (lane 6 of `flux`) [1/s].
+  !> mean difference of the particles from lane 8, weighted by the fraction that is smoothed, and
+  !> lane 2 the rate of the conductances (lane 6 of `flux`) [1/s].
   subroutine compute_increment(n, flux, g)
     integer, intent(in) :: n
     real(rp), intent(in) :: flux(8, n)

@@ -6,6 +6,8 @@ program test_heat_faces
   use check, only: begin_tests, end_tests, expect, expect_close
   use heat_conduction, only: conduction_step
   use heat_samples, only: build, conduct_for, content, h, spacing, world
+  use io_histories, only: row_t
+  use output_guards, only: guards_t
   use particles_store, only: f_pos, f_temp, n_fields
   use simulation_parts, only: free_simulation, simulation_t
   use simulation_run, only: e_film, e_tool
@@ -21,13 +23,14 @@ program test_heat_faces
   call test_radiation()
   call test_tool()
   call test_friction_heat()
+  call test_range()
   call end_tests()
 
 contains
 
   !> A face that radiates beside a film by pressure, of which there is none: one short step at an
-  !> even temperature takes dt S q/(1 + q' d/k) with q = h (T - T_a) + eps sigma (T^4 - T_a^4) and its
-  !> slope q'; long ones, explicit and implicit, are booked.
+  !> even temperature takes dt S q/(1 + q' d/k) with q = h (T - T_a) + eps sigma (T^4 - T_a^4) and
+  !> its slope q'; long ones, explicit and implicit, are booked.
   subroutine test_radiation()
     type(simulation_t) :: sim
     real(rp), parameter :: at = 900.0_rp, air = 400.0_rp, dt = 1.0e-9_rp, area = 60.0_rp*h*h
@@ -50,7 +53,8 @@ contains
     call conduct_for(sim, dt)
     lost = sim%budget%sums(e_film)
     call world%sum(lost)
-    call expect_close('a face that radiates', lost(1), dt*area*flow/(1.0_rp + slope*0.5_rp*spacing/391.0_rp), &
+    call expect_close('a face that radiates', lost(1), dt*area*flow/(1.0_rp &
+      + slope*0.5_rp*spacing/391.0_rp), &
                       rtol=1.0e-6_rp)
     before = content(sim) + lost(1)
     do step = 1, 60
@@ -154,5 +158,32 @@ contains
                       dt*area*flux*metal/(metal + 1.0_rp/gap), rtol=1.0e-6_rp)
     call free_simulation(sim)
   end subroutine test_friction_heat
+
+  !> A run ends where metal is colder than all in the scene by more than a tenth of its
+  !> temperatures, or hotter where nothing heats it.
+  subroutine test_range()
+    type(simulation_t) :: sim
+    real(rp), parameter :: low(4) = [300.0_rp, 240.0_rp, 210.0_rp, 300.0_rp]
+    real(rp), parameter :: high(4) = [600.0_rp, 600.0_rp, 600.0_rp, 660.0_rp]
+    type(guards_t) :: guards
+    type(row_t) :: row
+    integer :: k
+
+    call build(sim, [10, 6, 3], insulated, lump(1.0_rp, 250.0_rp, 1.0e4_rp))
+    sim%scene%method%has_mechanics = .false.
+    do k = 1, 4
+      row = row_t()
+      call row%add('source_heat', 'J', 0.0_rp)
+      call row%add('wall_heat', 'J', 0.0_rp)
+      call row%add('friction_heat', 'J', 0.0_rp)
+      call row%add('plastic_work', 'J', 0.0_rp)
+      call row%add('temperature_min', 'K', low(k))
+      call row%add('temperature_max', 'K', high(k))
+      sim%step%is_broken = .false.
+      call guards%check(sim, row, 0.0_rp)
+      call expect('range of temperatures', sim%step%is_broken .eqv. k > 2)
+    end do
+    call free_simulation(sim)
+  end subroutine test_range
 
 end program test_heat_faces
