@@ -112,7 +112,9 @@ contains
         lost = 0.0_rp
       end associate
     end do
-    call update_probe_temperatures(sim%nodes%patch, sim%nodes%g(:, :, 1), sim%probes)
+    associate (n => sim%scene%n_heat_groups)
+      call update_probe_temperatures(sim%nodes%patch, n, sim%nodes%g(:, :, :n), sim%probes)
+    end associate
     do b = 1, sim%particles%nblk
       call sim%particles%fetch(b + 1, n_conduction)
       call heat_block(sim, b, dt, gained, smoothed)

@@ -64,20 +64,23 @@ contains
     end do
   end subroutine move_probes
 
-  !> Set the temperatures of the probes from `g`: capacity in lane 1, new temperature in lane 6.
-  subroutine update_probe_temperatures(patch, g, probes)
+  !> Set the temperatures of the probes from the grids `g` of the heat groups, one for all bodies or
+  !> one for each group: capacity in lane 1, new temperature in lane 6.
+  subroutine update_probe_temperatures(patch, groups, g, probes)
     type(patch_t), intent(in) :: patch
-    real(rp), intent(in) :: g(8, patch%nn)
+    integer, intent(in) :: groups
+    real(rp), intent(in) :: g(8, patch%nn, groups)
     type(probes_t), intent(inout) :: probes
     real(rp) :: s(3), weight(0:7)
-    integer :: n, q(0:7)
+    integer :: k, n, q(0:7)
 
     do n = 1, probes%n
       if (.not. probes%is_mine(n)) cycle
       s = patch%linear_place(probes%x(:, n))
-      if (patch%is_graded()) call to_mean_place(patch, probes%x(:, n), s)
-      call point_nodes(s, patch%stride, 1, 0.0_rp, patch%nn, g, q, weight)
-      if (sum(weight) > 0.0_rp) probes%temperature(n) = sum(weight*g(6, q))
+      where (patch%period > 0) s = 0.5_rp + modulo(s - 0.5_rp, real(patch%period, rp))
+      k = min(groups, probes%group(n))
+      call point_nodes(s, patch%stride, 1, 0.0_rp, patch%nn, g(:, :, k), q, weight)
+      if (sum(weight) > 0.0_rp) probes%temperature(n) = sum(weight*g(6, q, k))
     end do
   end subroutine update_probe_temperatures
 

@@ -69,7 +69,7 @@ CONSTANTS = {
     "SLEEP_STRESS": (SLEEP, KEYS, *(f"'{part} if SLEEPING = auto or on', '(0,1)'" for part in ("1e-2", "5e-3", "2e-2"))),
     "SLEEP_HEAT": (SLEEP, KEYS, *(f"'{kelvin} if SLEEPING = auto or on', '(0,inf)'" for kelvin in (20, 10, 40))),
     "GROWTH": (GRADED, KEYS, *(f"'{growth} if GRADED = x or y or z', '[1,2]'" for growth in ("1.2", "1.1", "1.4"))),
-    "min_smoothed": (GRADED, "modules/heat/nodes.f90", *number("min_smoothed", "0.1", "0.05", "0.2")),
+    "smoothing": (GRADED, "modules/heat/nodes.f90", *number("smoothing", "0.3", "0.15", "0.6")),
     "averaging_cells": (DRIVE, "modules/step/drives.f90", *(f":: averaging_cells = {cells} " for cells in (12, 6, 24))),
 }
 
