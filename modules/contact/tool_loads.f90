@@ -30,7 +30,7 @@ contains
     type(rigid_t), intent(in) :: rigid
     type(tool_t), intent(inout) :: tool
     real(rp), intent(in) :: g(8, nodes%patch%nn)
-    real(rp) :: mean(3), x(3)
+    real(rp) :: mean(3), normal(3), x(3)
     integer :: e
 
     associate (t => contact)
@@ -40,7 +40,9 @@ contains
         x = nodes%patch%position(t%node(e))
         mean = g(1:3, t%node(e)) - 0.5_rp*g(5:7, t%node(e))
         t%slip(:, e) = mean - rigid%velocity_at(x)
-        call tool%record_impulse(rigid, x, t%local_values(v_normal:v_normal + 2, e), &
+        normal = t%values(v_normal:v_normal + 2, e)
+        normal = normal/max(norm2(normal), tiny(1.0_rp))
+        call tool%record_impulse(rigid, x, normal, t%local_values(v_normal:v_normal + 2, e), &
                                t%friction_fraction(e)*t%local_values(v_stick:v_stick + 2, e), mean)
       end do
     end associate

@@ -317,17 +317,19 @@ contains
     v = now%velocity_at(x)
   end function surface_velocity
 
-  !> Add the impulses at a position to the sums of the tool: force, torque, work, heat.
-  pure subroutine record_impulse(self, rigid, x, push, hold, mean)
+  !> Add impulses at a node to the sums of the tool: force, torque, work, heat. They may be those
+  !> of a part of the particles at the node: the sums add up if `normal` is that of all of them.
+  pure subroutine record_impulse(self, rigid, x, normal, push, hold, mean)
     class(tool_t), intent(inout) :: self
     type(rigid_t), intent(in) :: rigid        !! motion of the tool in this step
     real(rp), intent(in) :: x(3)              !! position [m]
+    real(rp), intent(in) :: normal(3)         !! unit vector
     real(rp), intent(in) :: push(3), hold(3)  !! impulses normal and tangential to the surface [N s]
     real(rp), intent(in) :: mean(3)           !! mean velocity of the material in the step [m/s]
-    real(rp), dimension(3) :: arm, impulse, moment, normal, slip, surface
+    real(rp), dimension(3) :: arm, impulse, moment, slip, surface
     real(rp) :: friction, press
 
-    press = norm2(push)
+    press = dot_product(push, normal)
     impulse = push + hold
     surface = rigid%velocity_at(x)
     slip = mean - surface
@@ -335,7 +337,6 @@ contains
     moment = [arm(2)*impulse(3) - arm(3)*impulse(2), arm(3)*impulse(1) - arm(1)*impulse(3), &
               arm(1)*impulse(2) - arm(2)*impulse(1)]
     friction = -dot_product(hold, slip)
-    normal = push/max(press, tiny(press))
     associate (s => self%sums)
       s(s_force:s_force + 2) = s(s_force:s_force + 2) - impulse
       s(s_torque) = s(s_torque) - dot_product(moment, self%axes(:, 3))

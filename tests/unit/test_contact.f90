@@ -141,7 +141,7 @@ contains
         points%hold(p, :) = -law%friction(m*slip, tool%friction_coefficient*m*closing, shear, &
                                           shear)*m*slip
         points%v(p, :) = v + (points%push(p, :) + points%hold(p, :))/m
-        call tool%record_impulse(rigid, x, points%push(p, :), points%hold(p, :), &
+        call tool%record_impulse(rigid, x, normal, points%push(p, :), points%hold(p, :), &
                                0.5_rp*(v + points%v(p, :)))
       end if
       points%x(p, :) = x + dt*points%v(p, :)
