@@ -84,6 +84,7 @@ contains
     sim%budget%sums(e_scaling) = sim%budget%sums(e_scaling) + (factor - sim%clock%mass_scaling) &
       *energy
     sim%clock%mass_scaling = factor
+    sim%sleepers%layer%is_stale = .true.   ! it has the scaled mass of the sleepers
   end subroutine set_factor
 
 end module run_mass_scaling

@@ -23,6 +23,8 @@ module run_regrid
 
   public :: may_leave_cell, regrid, update_lists, sort_particles
 
+  real(rp), parameter :: rounding = 1.0_rp + 1.0e-9_rp
+
 contains
 
   !> Balance the load, migrate and sort particles as far as necessary, and list the nodes in use. Do
@@ -38,6 +40,7 @@ contains
       return
     end if
     call sort_particles(sim, sleepers_changed)
+    call forget_contact(sim)
     sim%clock%displacement = 0.0_rp
     sim%clock%sorted_at = sim%clock%step
     call adapt_mass(sim)
@@ -148,7 +151,7 @@ contains
     call mark_border(sim, is_sorted_anew)
     call list_to_grid_order(sim)
     if (sim%nodes%n_groups > 1 .or. size(sim%hook) > 0) call enclose_blocks(sim)
-    call measure_clearances(sim, is_sorted_anew)
+    call measure_clearances(sim)
     call list_to_particles_order(sim, is_sorted_anew)
     if (.not. is_sorted_anew) call predict_imbalance(sim, 0)
     if (has_sleep) then  ! steps use the nodes of awake particles and of the held layer only
@@ -317,13 +320,10 @@ contains
     end do
   end subroutine enclose_blocks
 
-  !> Measure the distances of the awake blocks from the tools. After a sort, particles that have
-  !> left all tools lose their contact history.
-  subroutine measure_clearances(sim, is_sorted_anew)
+  !> Measure the distances of the awake blocks from the tools.
+  subroutine measure_clearances(sim)
     type(simulation_t), intent(inout) :: sim
-    logical, intent(in) :: is_sorted_anew
-    real(rp), parameter :: rounding = 1.0_rp + 1.0e-9_rp
-    real(rp) :: cutoff, d(nlane), least(nlane)
+    real(rp) :: cutoff, d(nlane)
     integer :: b, k
 
     if (allocated(sim%particles%clearance)) deallocate (sim%particles%clearance)
@@ -331,27 +331,44 @@ contains
     do k = 1, size(sim%tool)
       call sim%tool(k)%store_reference_pose()
     end do
-    if (size(sim%tool) == 0) return
     do b = 1, sim%particles%n_awake
       associate (n => sim%particles%count(b), ps => sim%particles%ps(:, :, b), &
                  body => sim%scene%body(sim%particles%body(b)))
-        least = huge(1.0_rp)
         do k = 1, size(sim%tool)
           ! exact distances are needed only for the nearest particle and for those that may touch
           call sim%tool(k)%clearances(n, ps(:, f_pos:f_pos + 2), huge(1.0_rp), d, is_bound=.true.)
           cutoff = sim%tool(k)%clearance(ps(minloc(d(:n), 1), f_pos:f_pos + 2))
           cutoff = rounding*min(0.5_rp*huge(1.0_rp), max(cutoff, body%longest_diagonal()))
           call sim%tool(k)%clearances(n, ps(:, f_pos:f_pos + 2), cutoff, d)
-          least(:n) = min(least(:n), d(:n))
           sim%particles%clearance(k, b) = minval(d(:n))
         end do
-        if (.not. (is_sorted_anew .and. sim%scene%layout%coulomb_reserve > 0)) cycle
-        where (least(:n) > body%longest_diagonal())
+      end associate
+    end do
+  end subroutine measure_clearances
+
+  !> After a sort that is due: particles that have left all tools lose their contact history. A
+  !> restart on other ranks, which sorts at any step, must not change it.
+  subroutine forget_contact(sim)
+    type(simulation_t), intent(inout) :: sim
+    real(rp) :: d(nlane), least(nlane)
+    integer :: b, k
+
+    if (sim%scene%layout%coulomb_reserve == 0) return
+    do b = 1, sim%particles%n_awake
+      associate (n => sim%particles%count(b), ps => sim%particles%ps(:, :, b), &
+                 far => sim%scene%body(sim%particles%body(b))%longest_diagonal())
+        least = huge(1.0_rp)
+        do k = 1, size(sim%tool)
+          if (sim%particles%clearance(k, b) > far) cycle
+          call sim%tool(k)%clearances(n, ps(:, f_pos:f_pos + 2), rounding*far, d)
+          least(:n) = min(least(:n), d(:n))
+        end do
+        where (least(:n) > far)
           ps(:n, sim%scene%layout%coulomb_reserve) = 0.0_rp
           ps(:n, sim%scene%layout%normal_force) = 0.0_rp
         end where
       end associate
     end do
-  end subroutine measure_clearances
+  end subroutine forget_contact
 
 end module run_regrid

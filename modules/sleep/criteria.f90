@@ -11,8 +11,8 @@ module sleep_criteria
   use base_kinds, only: i8, nlane, rp
   use grid_geometry, only: box_t, grid_t, nearest_node, nearest_nodes
   use grid_neighbours, only: dilate
-  use particles_store, only: asleep, awake, f_mass, f_pos, f_tau, f_temp, f_vel, held, rests, &
-                             set_rest, tag_rest
+  use particles_store, only: asleep, awake, f_mass, f_pos, f_rate, f_tau, f_temp, f_vel, held, &
+                             rests, set_rest, tag_rest
   use simulation_parts, only: simulation_t
   use simulation_run, only: e_sleep, motion_t
   use sleep_motion, only: cube_at, cube_middle, cube_size, edge, longest_cube, start_tracking
@@ -98,7 +98,8 @@ contains
     can_defer_waking = counts(2) <= max_deferred_fraction*counts(1)
   end function can_defer_waking
 
-  !> Set the rest state of the particles of block `b`.
+  !> Set the rest state of the particles of block `b`. Sleepers do not flow: with the strain rate of
+  !> their last step their averaging fraction would depend on the moment of the sum (mpm_fbar).
   subroutine update_rest(sim, box, rest, b, has_changed)
     type(simulation_t), intent(inout) :: sim
     type(box_t), intent(in) :: box
@@ -115,7 +116,7 @@ contains
         if (old_rest(p) == awake) then
           sim%budget%sums(e_sleep) = sim%budget%sums(e_sleep) &
             + 0.5_rp*sim%clock%mass_scaling*ps(p, f_mass)*sum(ps(p, f_vel:f_vel + 2)**2)
-          ps(p, f_vel:f_vel + 2) = 0.0_rp
+          ps(p, [f_vel, f_vel + 1, f_vel + 2, f_rate]) = 0.0_rp
           ps(p, sim%scene%layout%rest) = ps(p, f_temp)
         end if
         tag(p) = set_rest(tag(p), rest(c(p)))

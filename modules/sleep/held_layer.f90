@@ -231,10 +231,12 @@ contains
     logical, intent(in) :: near(sim%nodes%patch%nn)
     real(rp), intent(out) :: force(3, size(sim%scene%condition))
     type(budget_t) :: before
-    real(rp) :: lost(8, size(sim%scene%symmetry))
+    real(rp) :: lost(8, size(sim%scene%symmetry)), scaling
     integer :: b
 
     before = sim%budget
+    scaling = sim%clock%mass_scaling
+    sim%clock%mass_scaling = 1.0_rp         ! the force must not depend on when it was found
     call clear_nodes(sim%nodes, sim%nodes%g)
     do b = sim%particles%n_awake + 1, last
       call add_force(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, near, &
@@ -250,6 +252,7 @@ contains
     force = sim%budget%impulse
     call add_lost(sim%scene, 1.0_rp, lost, force)
     sim%budget = before
+    sim%clock%mass_scaling = scaling
     call clear_nodes(sim%nodes, sim%nodes%g)
   end subroutine find_wall_forces
 
