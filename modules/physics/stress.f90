@@ -37,21 +37,22 @@ contains
     real(rp), intent(inout) :: state(nlane, n_state)   !! internal variables of the law
     type(stress_sums_t), intent(inout) :: sums
     real(rp), intent(in), optional :: factor(nlane)    !! factors on the squared wave speeds
-    real(rp), dimension(nlane) :: before, q, mean, x, g3, stiffness
+    real(rp), dimension(nlane) :: before, dd, det, q, q_before, mean, x, g3, stiffness
     logical :: has_table, plastic
 
     sums%stress_work = sums%stress_work + 0.5_rp*dt/material%rho*stress_power(n, mass, tau, l)
+    if (allocated(material%flow)) q_before = von_mises(tau)
     call trial_state(dt, material%g, l, b, j, tau, q, mean)
     if (allocated(material%flow)) then
-      g3 = 3.0_rp*material%g*mean
+      call return_modulus(material%g, tau, q, flow, dd, det, g3)
       call return_map(material%flow, n, dt, t_node, alpha, rate, q, g3, state, x, flow, &
                       plastic, sums%failed)
       if (plastic) then
         has_table = allocated(material%c_table)
         if (has_table) before = temp
         call apply_return(n, material%g, material%plastic_heat/(material%rho*material%c_p), &
-                          1.0_rp/material%rho, dt, q, g3, x, flow, mass, mean, b, alpha, temp, &
-                          tau, rate, sums%plastic_work)
+                          1.0_rp/material%rho, dt, q, g3, x, 0.5_rp*(q_before + flow), mass, dd, &
+                          det, mean, b, alpha, temp, tau, rate, sums%plastic_work)
         if (has_table) temp = before + material%temperature_rise(before, temp - before)
         call material%flow%inspect(n, t_node, rate, state, sums%warnings, sums%lane)
       else
@@ -63,6 +64,20 @@ contains
     sums%stress_work = sums%stress_work + 0.5_rp*dt/material%rho*stress_power(n, mass, tau, l)
     sums%stiffness = max(sums%stiffness, largest(n, stiffness)/material%rho)
   end subroutine advance_stress
+
+  !> Von Mises stress.
+  pure function von_mises(tau) result(q)
+    real(rp), intent(in) :: tau(nlane, 6)
+    real(rp) :: q(nlane)
+    integer :: p
+
+    !$omp simd
+    do p = 1, nlane
+      q(p) = sqrt(0.5_rp*((tau(p, 1) - tau(p, 2))**2 + (tau(p, 2) - tau(p, 3))**2 &
+                          + (tau(p, 3) - tau(p, 1))**2) &
+                  + 3.0_rp*(tau(p, 4)**2 + tau(p, 5)**2 + tau(p, 6)**2))
+    end do
+  end function von_mises
 
   !> Kirchhoff stress of elastic states, and the largest squared wave speed of the first `n`.
   subroutine compute_elastic_stress(material, n, temp, b, j, tau, wave2)
@@ -147,43 +162,78 @@ contains
     call material%flow%stress(work, alpha, x, log_rate, strength, slope)
   end subroutine compute_flow_strength
 
-  !> Scale the deviator, restore det(Bbar) = 1, add plastic strain and heat.
-  subroutine apply_return(n, g, heat, volume, dt, q, g3, x, flow, mass, mean, b, alpha, temp, s, &
-                          rate, work)
+  !> Loss of von Mises stress per plastic strain, `g3`, of a return that scales the deviator D of
+  !> Bbar = a I + D by c and keeps det(Bbar) = 1. The plastic strain is such that the flow stress
+  !> times its increment is the work tau : d_p that the return dissipates. For c falling at constant
+  !> total strain that is the loss of elastic energy, -3/2 G da per volume, and with
+  !> a^3 - a dd + det = 1 (a = 1 + (dd - det)/3 to second order), dd = c^2 D:D/2, det = c^3 det(D),
+  !>
+  !>     g3 = -dq/d(alpha) = G (3 a^2 - dd)/(a - 3/2 det/dd),
+  !>
+  !> 3 G to zeroth order in the elastic strain e, with a first-order term of the sign of the load:
+  !> without it work and heat of plastic strain would be wrong by a fraction e. It is evaluated
+  !> half-way to the flow stress of the last step, which is exact to second order.
+  pure subroutine return_modulus(g, s, q, flow, dd, det, g3)
+    real(rp), intent(in) :: g
+    real(rp), intent(in) :: s(nlane, 6), q(nlane), flow(nlane)   !! trial deviator and stress, flow
+                                                                 !! stress of the last step [Pa]
+    real(rp), dimension(nlane), intent(out) :: dd, det           !! D:D/2 and det(D) of the trial
+                                                                 !! state
+    real(rp), intent(out) :: g3(nlane)                           !! [Pa]
+    real(rp) :: a, c, c2, d1, d2, inv_g
+    integer :: p
+
+    inv_g = 1.0_rp/g
+    !$omp simd private(a, c, c2, d1, d2)
+    do p = 1, nlane
+      dd(p) = (q(p)*inv_g)**2*(1.0_rp/3.0_rp)
+      det(p) = inv_g**3*(s(p, 1)*(s(p, 2)*s(p, 3) - s(p, 5)*s(p, 5)) &
+                         - s(p, 4)*(s(p, 4)*s(p, 3) - s(p, 5)*s(p, 6)) &
+                         + s(p, 6)*(s(p, 4)*s(p, 5) - s(p, 2)*s(p, 6)))
+      c = 0.5_rp + 0.5_rp*min(q(p), flow(p))/max(q(p), 1.0e-30_rp)
+      c2 = c*c
+      d1 = c2*dd(p) + tiny(1.0_rp)
+      d2 = c2*c*det(p)
+      a = 1.0_rp + (1.0_rp/3.0_rp)*(d1 - d2)
+      g3(p) = g*(3.0_rp*a*a - d1)*d1/(a*d1 - 1.5_rp*d2)
+    end do
+  end subroutine return_modulus
+
+  !> Scale the deviator, restore det(Bbar) = 1, add plastic strain. Work and heat are by the mean
+  !> stress of the step, as the work of the stress: both count the same, whatever the step.
+  subroutine apply_return(n, g, heat, volume, dt, q, g3, x, stress, mass, dd, det, mean, b, alpha, &
+                          temp, s, rate, work)
     integer, intent(in) :: n
     real(rp), intent(in) :: g, heat, volume, dt
-    real(rp), dimension(nlane), intent(in) :: q, g3, x, flow, mass
+    real(rp), dimension(nlane), intent(in) :: q, g3, x, stress, mass, dd, det
     real(rp), dimension(nlane), intent(inout) :: mean, alpha, temp, rate
     real(rp), intent(inout) :: b(nlane, 6), s(nlane, 6), work
-    real(rp) :: c, d1, d2, d3, d4, d5, d6, dd, det, a, inv_g, inv_dt
+    real(rp) :: c, d1, d2, a, inv_g, inv_dt
     integer :: p
 
     inv_g = 1.0_rp/g
     inv_dt = 1.0_rp/dt
-    !$omp simd private(c, d1, d2, d3, d4, d5, d6, dd, det, a)
+    !$omp simd private(c, d1, d2, a)
     do p = 1, nlane
       c = 1.0_rp - g3(p)*x(p)/max(q(p), 1.0e-30_rp)
       s(p, 1) = c*s(p, 1); s(p, 2) = c*s(p, 2); s(p, 3) = c*s(p, 3)
       s(p, 4) = c*s(p, 4); s(p, 5) = c*s(p, 5); s(p, 6) = c*s(p, 6)
-      d1 = inv_g*s(p, 1); d2 = inv_g*s(p, 2); d3 = inv_g*s(p, 3)
-      d4 = inv_g*s(p, 4); d5 = inv_g*s(p, 5); d6 = inv_g*s(p, 6)
-      dd = 0.5_rp*(d1*d1 + d2*d2 + d3*d3) + d4*d4 + d5*d5 + d6*d6
-      det = d1*(d2*d3 - d5*d5) - d4*(d4*d3 - d5*d6) + d6*(d4*d5 - d2*d6)
-      ! a^3 - a D:D/2 + det D = 1: three Newton steps from 1
-      a = 1.0_rp
-      a = a - (a*(a*a - dd) + det - 1.0_rp)/(3.0_rp*a*a - dd)
-      a = a - (a*(a*a - dd) + det - 1.0_rp)/(3.0_rp*a*a - dd)
-      a = a - (a*(a*a - dd) + det - 1.0_rp)/(3.0_rp*a*a - dd)
+      d1 = c*c*dd(p)
+      d2 = c*c*c*det(p)
+      ! a^3 - a D:D/2 + det D = 1: two Newton steps from a solution to second order
+      a = 1.0_rp + (1.0_rp/3.0_rp)*(d1 - d2)
+      a = a - (a*(a*a - d1) + d2 - 1.0_rp)/(3.0_rp*a*a - d1)
+      a = a - (a*(a*a - d1) + d2 - 1.0_rp)/(3.0_rp*a*a - d1)
       mean(p) = a
-      b(p, 1) = d1 + a; b(p, 2) = d2 + a; b(p, 3) = d3 + a
-      b(p, 4) = d4; b(p, 5) = d5; b(p, 6) = d6
+      b(p, 1) = inv_g*s(p, 1) + a; b(p, 2) = inv_g*s(p, 2) + a; b(p, 3) = inv_g*s(p, 3) + a
+      b(p, 4) = inv_g*s(p, 4); b(p, 5) = inv_g*s(p, 5); b(p, 6) = inv_g*s(p, 6)
       alpha(p) = alpha(p) + x(p)
-      temp(p) = temp(p) + heat*flow(p)*x(p)
+      temp(p) = temp(p) + heat*stress(p)*x(p)
       rate(p) = x(p)*inv_dt
     end do
     !$omp simd reduction(+: work)
     do p = 1, n
-      work = work + mass(p)*volume*flow(p)*x(p)
+      work = work + mass(p)*volume*stress(p)*x(p)
     end do
   end subroutine apply_return
 

@@ -50,6 +50,17 @@ def test_flow_stress(run, name, sets, slack):
     assert flow[1] == pytest.approx(flow[0], rel=slack)
 
 
+def test_work_of_the_press(run):
+    """The work of the press less elastic and kinetic energy is plastic work, however soft the metal (1.6, 5 % off with a return
+    whose strain counts 3 G tr(b)/3 of stress whatever the sign of the load)."""
+    for factor in (1, 3, 10):
+        done = run("squeezed", "--quiet", "--output", f"out{factor}", sets={"TIME.ELASTIC_SCALING": factor})
+        last = driver.Results(done.directory / f"out{factor}", "squeezed").history()
+        work, elastic, kinetic, plastic = (last[f"{name}[J]"][-1] for name in ("tool_work", "elastic", "kinetic", "plastic_work"))
+        print(factor, plastic / (work - elastic - kinetic), last["audit_error[%]"][-1])
+        assert plastic == pytest.approx(work - elastic - kinetic, rel=2e-3) and abs(last["audit_error[%]"][-1]) < 2e-3
+
+
 def test_check_proposes(run):
     """--check names a factor of an elastic strain of 2 % at most, what it saves, and warns of one that is far too large."""
     proposal = run(DISC, "--check=scene").out

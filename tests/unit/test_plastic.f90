@@ -5,6 +5,7 @@ program test_plastic
   use base_kinds, only: nlane, rp
   use check, only: begin_tests, end_tests, expect, expect_close
   use physics_law_johnson_cook, only: johnson_cook_t
+  use physics_law_norton, only: norton_t
   use physics_material, only: material_t
   use physics_return_map, only: default_min_rate
   use physics_stress, only: advance_stress, stress_sums_t
@@ -35,6 +36,7 @@ program test_plastic
   call test_mixed_lanes()
   call test_lane_order()
   call test_heat_and_work()
+  call test_work_of_any_load()
   call end_tests()
 
 contains
@@ -314,6 +316,7 @@ contains
     copies_of%alpha = blk%alpha(lane)
     copies_of%temp = blk%temp(lane)
     copies_of%rate = blk%rate(lane)
+    copies_of%flow = blk%flow(lane)
     copies_of%mass = blk%mass(lane)
   end function copies_of
 
@@ -374,5 +377,42 @@ contains
     call expect_close('plastic work is the work of the stress', sums%plastic_work, outer, &
                       rtol=3.0e-3_rp)
   end subroutine test_heat_and_work
+
+  !> The work of the stress is that of plastic strain and the elastic energy, whatever the sign and
+  !> direction of the load, with moduli down to a tenth, in 100 steps.
+  subroutine test_work_of_any_load()
+    integer, parameter :: n_draws = 60
+    real(rp), parameter :: axial(9) = [1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, -0.5_rp, 0.0_rp, 0.0_rp, &
+                                       0.0_rp, -0.5_rp]
+    type(material_t) :: metal
+    type(block_t) :: blk
+    type(stress_sums_t) :: sums
+    real(rp) :: stored, strain, u(2), worst
+    integer :: draw, step
+
+    worst = 0.0_rp
+    do draw = 1, n_draws
+      call random_number(u)
+      metal = elastic
+      call metal%set_elastic(124.0e9_rp/10.0_rp**u(1), 0.34_rp)
+      if (mod(draw, 2) == 0) then
+        allocate (metal%flow, source=copper%flow)
+      else
+        allocate (metal%flow, source=norton_t(k=200.0e6_rp, n=0.2_rp))
+      end if
+      strain = 10.0_rp**(-3.0_rp + u(2))                 ! of a step
+      call reset(blk, 298.0_rp)
+      call new_directions(spread(1.0e4_rp*strain, 1, nlane), blk%l)
+      blk%l = spread(blk%l(1, :), 1, nlane)
+      if (mod(draw, 3) > 0) blk%l = spread((3 - 2*mod(draw, 3))*1.0e4_rp*strain*axial, 1, nlane)
+      sums = stress_sums_t()
+      do step = 1, 100
+        call advance(metal, blk, 1.0e-4_rp, sums)
+      end do
+      stored = metal%elastic_energy(nlane, blk%mass, blk%temp, blk%j, blk%b)
+      worst = max(worst, abs(sums%plastic_work/(sums%stress_work - stored) - 1.0_rp))
+    end do
+    call expect_close('plastic work of any load', worst, 0.0_rp, atol=1.0e-4_rp)
+  end subroutine test_work_of_any_load
 
 end program test_plastic
