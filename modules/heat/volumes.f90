@@ -8,7 +8,7 @@ module heat_volumes
   public :: make_volume
 
   !> Names of all volumes. A new one has its name here and its type in `make_volume`.
-  character(8), parameter, public :: volume_names(1) = [character(8) :: 'ball']
+  character(32), parameter, public :: volume_names(1) = [character(32) :: 'ball']
 
 contains
 

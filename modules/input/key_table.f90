@@ -3,7 +3,7 @@
 !> which groups refer to one another.
 module input_key_table
   use base_errors, only: fatal
-  use base_text, only: joined
+  use base_text, only: joined, str
   use input_syntax, only: split_words
   implicit none (type, external)
   private
@@ -24,13 +24,13 @@ module input_key_table
     character(8) :: kind = ''           !! real, integer, logical, text or choice
     integer :: n = 1                    !! number of values; -n: up to n
     character(12) :: unit = ''
-    character(256) :: default = ''      !! default value, as text
     logical :: is_required = .false.    !! the key must be given where its condition holds
-    character(96) :: condition = ''     !! 'KEY = a or b' under which it applies; '': always
-    character(96) :: allowed = ''       !! interval, names of a choice, characters of a text,
+    logical :: may_change = .false.     !! a restart may change the value
+    character(256) :: default = ''      !! default value, as text
+    character(480) :: condition = ''    !! 'KEY = a or b' under which it applies; '': always
+    character(480) :: allowed = ''      !! interval, names of a choice, characters of a text,
                                         !! 'name', 'file name'
     character(240) :: about = ''        !! description for the reference page
-    logical :: may_change = .false.     !! a restart may change the value
   end type key_row_t
 
   !> The table; the keys of a group are contiguous.
@@ -53,13 +53,14 @@ contains
     type(group_row_t) :: row
 
     if (.not. allocated(self%groups)) allocate (self%groups(0), self%keys(0))
+    call check_length('&'//name, 'name', name, len(row%name))
+    call check_length('&'//name, 'description', about, len(row%about))
     row%name = name
     row%repeats = index(occurs, 'repeat') > 0
     row%is_required = index(occurs, 'required') > 0
     row%first = size(self%keys) + 1
     row%last = size(self%keys)
     row%about = about
-    if (len(about) > len(row%about)) call fatal('table of keys: &'//name//' does not fit')
     self%groups = [self%groups, row]
   end subroutine add_group
 
@@ -77,17 +78,19 @@ contains
     character(:), allocatable :: condition
     integer :: cut, k
 
+    call check_length(name, 'name', name, len(row%name))
+    call check_length(name, 'type', kind, len(row%kind))
+    call check_length(name, 'unit', unit, len(row%unit))
+    call check_length(name, 'list of what is allowed', allowed, len(row%allowed))
+    call check_length(name, 'description', about, len(row%about))
     cut = index(' '//default, ' if ')
     if (cut == 0) cut = len(default) + 1
     condition = default(min(cut + 3, len(default) + 1):)
-    row = key_row_t(name, kind, n, unit, default(:cut - 1), .false., condition, allowed, about)
-    row%is_required = row%default == 'required'
+    call check_length(name, 'default', default(:cut - 1), len(row%default))
+    call check_length(name, 'condition', condition, len(row%condition))
+    row = key_row_t(name, kind, n, unit, default(:cut - 1) == 'required', .false., &
+                    default(:cut - 1), condition, allowed, about)
     if (row%is_required) row%default = ''
-    if (row%name /= name .or. row%kind /= kind .or. row%unit /= unit &
-        .or. row%allowed /= allowed .or. row%about /= about &
-        .or. cut - 1 > len(row%default) .or. row%condition /= condition) then
-      call fatal('table of keys: the row of '//name//' does not fit')
-    end if
     k = self%find_key(size(self%groups), name)
     if (k > 0) then
       call share_key(self%keys(k), row)
@@ -96,6 +99,15 @@ contains
     self%keys = [self%keys, row]
     self%groups(size(self%groups))%last = size(self%keys)
   end subroutine add_key
+
+  !> Abort if the `text` of a row of the table is longer than what stores it.
+  subroutine check_length(row, what, text, room)
+    character(*), intent(in) :: row, what, text
+    integer, intent(in) :: room
+
+    if (len_trim(text) > room) call fatal('table of keys: the '//what//' of '//row//", '"// &
+      trim(text)//"', has "//str(len_trim(text))//' characters of '//str(room))
+  end subroutine check_length
 
   !> Extend the condition of `row` by that of `other`, an otherwise equal row.
   subroutine share_key(row, other)
@@ -106,11 +118,11 @@ contains
 
     equals = index(row%condition, '=')
     both = trim(row%condition)//' or'//trim(other%condition(equals + 1:))
+    call check_length(trim(row%name), 'condition', both, len(row%condition))
     if (equals == 0 .or. row%condition(:equals) /= other%condition(:equals) .or. &
-        len(both) > len(row%condition) .or. row%kind /= other%kind .or. row%n /= other%n .or. &
-        row%unit /= other%unit .or. row%default /= other%default .or. &
-        (row%is_required .neqv. other%is_required) .or. row%allowed /= other%allowed .or. &
-        row%about /= other%about) then
+        row%kind /= other%kind .or. row%n /= other%n .or. row%unit /= other%unit .or. &
+        row%default /= other%default .or. (row%is_required .neqv. other%is_required) .or. &
+        row%allowed /= other%allowed .or. row%about /= other%about) then
       call fatal('table of keys: '//trim(row%name)//' has two rows that differ, if '// &
                  trim(row%condition)//' and if '//trim(other%condition))
     end if

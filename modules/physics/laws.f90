@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> List of flow laws, named by LAW of a &MATERIAL.
 module physics_laws
+  use base_errors, only: fatal
   use base_text, only: joined
   use input_key_table, only: key_table_t
   use physics_flow_law, only: flow_law_t
@@ -18,7 +19,7 @@ module physics_laws
   public :: add_law_keys, law_names, make_law
 
   !> Names of all laws. A new one has its name here and its type in `make_law`.
-  character(17), parameter :: law_names(8) = [character(17) :: 'johnson-cook', 'voce', 'norton', &
+  character(32), parameter :: law_names(8) = [character(32) :: 'johnson-cook', 'voce', 'norton', &
     'two-phase', 'zerilli-armstrong', 'sellars-tegart', 'hot-working', 'table']
 
 contains
@@ -51,6 +52,7 @@ contains
                'material law')
     do k = 1, size(law_names)
       call make_law(trim(law_names(k)), law)
+      if (.not. allocated(law)) call fatal('no flow law of the list is '//law_names(k))
       call law%add_keys(t)
     end do
   end subroutine add_law_keys

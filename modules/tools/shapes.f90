@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> List of the tool shapes, by KIND of a &TOOL.
 module tools_shapes
+  use base_errors, only: fatal
   use base_kinds, only: rp
   use base_text, only: joined
   use input_key_table, only: key_table_t
@@ -20,7 +21,7 @@ module tools_shapes
 
   !> Names of all shapes, the default first. A new one has its name here and its type in
   !> `make_shape`.
-  character(8), parameter :: shape_names(5) = [character(8) :: 'shoulder', 'plane', 'sphere', &
+  character(32), parameter :: shape_names(5) = [character(32) :: 'shoulder', 'plane', 'sphere', &
     'box', 'stl']
 
 contains
@@ -49,6 +50,7 @@ contains
     call t%key('KIND', 'choice', 1, '', trim(shape_names(1)), joined(shape_names, ' '), 'geometry')
     do k = 1, size(shape_names)
       call make_shape(trim(shape_names(k)), shape)
+      if (.not. allocated(shape)) call fatal('no shape of the list is '//shape_names(k))
       call shape%add_keys(t)
     end do
   end subroutine add_shape_keys

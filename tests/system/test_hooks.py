@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The hook and the volume of heat of CONTRIBUTING.md, built as they stand there, and a hook that uses what that does not.
+"""The hook and the volume of heat of CONTRIBUTING.md, built as they stand there, a hook that uses what that does not, a law and a shape.
 Links the new files with the libraries of the build, which is what the recipes' lines in CMakeLists.txt do."""
 
 import math
@@ -82,6 +82,9 @@ contains
 end module hooks_meter
 """
 
+# The longest names that fit into the lists of laws and shapes.
+LAW, SHAPE = "creep-of-a-name-of-32-characters", "ball" + 28 * "s"
+
 SCENE = f"""
 &RUN TITLE = 'A block that drag slows' /
 &GRID CELL = 1e-3, LOWER = -4e-3, -4e-3, -4e-3, UPPER = 12e-3, 8e-3, 8e-3 /
@@ -108,11 +111,25 @@ def recipes():
         hooks = hooks.replace("  use hooks_source,", f"  use hooks_{name}, only: {name}_t\n  use hooks_source,")
         hooks = hooks.replace("    call add('SOURCE'", f"    call add('{name.upper()}', {name}_t())\n    call add('SOURCE'")
     volumes = volumes.replace("  use heat_volume,", "  use heat_gauss, only: gauss_t\n  use heat_volume,")
-    volumes = volumes.replace("volume_names(1) = [character(8) :: 'ball'", "volume_names(2) = [character(8) :: 'ball', 'gauss'")
+    volumes = volumes.replace("volume_names(1) = [character(32) :: 'ball'", "volume_names(2) = [character(32) :: 'ball', 'gauss'")
     volumes = volumes.replace("    case default;", "    case ('gauss'); allocate (gauss_t :: volume)\n    case default;")
     source = (driver.ROOT / "modules/hooks/source.f90").read_text(encoding="utf-8")
-    return {("heat", "gauss"): gauss, ("heat", "volumes"): volumes, ("hooks", "source"): source, ("hooks", "drag"): drag,
+    law, laws = renamed("physics", "law", "norton", LAW)
+    shape, shapes = renamed("tools", "shape", "sphere", SHAPE)
+    return {("physics", "law_twin"): law, ("physics", "laws"): laws, ("tools", "shape_twin"): shape, ("tools", "shapes"): shapes,
+            ("heat", "gauss"): gauss, ("heat", "volumes"): volumes, ("hooks", "source"): source, ("hooks", "drag"): drag,
             ("hooks", "meter"): METER, ("hooks", "list"): hooks}
+
+
+def renamed(layer, kind, old, name):
+    """A law or a shape by the recipes: that of the name `old` with new names of module, type, keys and choice, and the list with both."""
+    one, many = ((driver.ROOT / f"modules/{layer}/{stem}.f90").read_text(encoding="utf-8") for stem in (f"{kind}_{old}", f"{kind}s"))
+    one = re.sub(rf"(_|\b){old}_t\b", "twin_t", one.replace(f"{layer}_{kind}_{old}", f"{layer}_{kind}_twin"))
+    one = re.sub(rf"'{old}'", f"'{name}'", one.replace(f"{old.upper()}_", "TWIN_").replace(f"= {old}'", f"= {name}'"))
+    many = many.replace(f"  use {layer}_{kind}_{old},", f"  use {layer}_{kind}_twin, only: twin_t\n  use {layer}_{kind}_{old},")
+    many = many.replace(f"    case ('{old}')", f"    case ('{name}'); allocate (twin_t :: {kind})\n    case ('{old}')")
+    count = int(re.search(rf"{kind}_names\((\d+)\) =", many)[1])
+    return one, many.replace(f"{kind}_names({count}) =", f"{kind}_names({count + 1}) =").replace(f"'{old}', ", f"'{old}', '{name}', ", 1)
 
 
 def words_of(file, name):
@@ -205,6 +222,27 @@ def test_volume(run, tmp_path, sets, spacing, least):
     share = math.erf(math.sqrt(3)) - 2 * math.sqrt(3 / math.pi) * math.exp(-3)
     rise = heat / (2700 * 900 * share * (math.pi / 3)**1.5 * 27e-9) * math.exp(-3 * 0.75 * (spacing / 3e-3)**2)
     assert least * rise < history["temperature_max[K]"][-1] - 300 < 1.01 * rise
+
+
+def test_names(run, built, tmp_path):
+    """Exact: the new law and shape have the keys and give the doubles of those that they rename."""
+    def text(law, prefix, shape):
+        return f"""&GRID CELL = 1e-3, LOWER = -4e-3, -4e-3, -4e-3, UPPER = 8e-3, 8e-3, 8e-3 /
+&TIME DT = {STEP}, END = {STEP * 20} /
+&MATERIAL NAME = 'm', DENSITY = 8960, YOUNGS_MODULUS = 124e9, POISSON_RATIO = 0.34, SPECIFIC_HEAT = 386, T_MELT = 1356,
+  LAW = '{law}', {prefix}_K = 1e8, {prefix}_N = 0.2 /
+&BODY NAME = 'block', MATERIAL = 'm' /
+&SHAPE BODY = 'block', LOWER = 0, 0, 0, UPPER = 4e-3, 4e-3, 4e-3 /
+&TOOL NAME = 'tool', KIND = '{shape}', POSITION = 2e-3, 2e-3, 6e-3, RADIUS = 2e-3, FRICTION = 0.3 /
+&MOTION TOOL = 'tool', VELOCITY = 0, 0, -20 /
+"""
+    state = []
+    for words in (("norton", "NORTON", "sphere"), (LAW, "TWIN", SHAPE)):
+        (tmp_path / "flight.nml").write_text(text(*words), encoding="utf-8")
+        state.append(run(scene=tmp_path / "flight.nml", folder=words[0]).checkpoint().all)
+    for name in ("global", "ranks/local", "particles/state"):
+        assert np.array_equal(state[0][name], state[1][name])
+    assert np.ptp(state[0]["particles/state"]) > 0.0
 
 
 @pytest.mark.parametrize("sets, message", [({"DRAG.RATE": -1}, "&DRAG RATE = -1: must be >= 0"),

@@ -13,12 +13,12 @@ program test_laws
 
   real(rp), parameter :: t_melt = 1356.0_rp, shear = 46.0e9_rp   !! [K], [Pa]
   class(flow_law_t), allocatable :: law
-  character(24), allocatable :: names(:)
+  character(32), allocatable :: names(:)
   integer :: k
 
   call begin_tests()
   call random_init(.true., .false.)
-  allocate (names, source=[character(24) :: law_names])
+  allocate (names, source=[character(32) :: law_names])
   do k = 1, size(names)
     call make_law(trim(names(k)), law)
     call read_sample(trim(names(k)), law)

@@ -96,11 +96,11 @@ contains
   !> What all shapes promise, of each that KIND can name.
   subroutine test_shapes_of_input()
     class(shape_t), allocatable :: shape
-    character(16), allocatable :: names(:)
+    character(32), allocatable :: names(:)
     real(rp) :: frame(3, 3)
     integer :: k
 
-    allocate (names, source=[character(16) :: shape_names, 'thread', 'flats', 'scroll', 'all', &
+    allocate (names, source=[character(32) :: shape_names, 'thread', 'flats', 'scroll', 'all', &
                               'bobbin', 'sleeve'])
     do k = 1, size(names)
       call read_sample(trim(names(k)), shape, frame)
