@@ -3,6 +3,7 @@
 module output_checkpoint
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
+  use base_world, only: world_t
   use io_checkpoint, only: notes_t, write_checkpoint
   use io_plausible, only: counts, min_positive, numbers_t, speed_of_light
   use simulation_node_pairs, only: n_kept
@@ -11,6 +12,8 @@ module output_checkpoint
   use simulation_run, only: n_sums
   use simulation_scene, only: output_t, scene_t
   use sleep_motion, only: edge
+  use tools_monitor, only: n_monitor
+  use tools_motion, only: drive_t
   use tools_tool, only: n_tool_sums
   implicit none (type, external)
   private
@@ -163,30 +166,32 @@ contains
     type(numbers_t), intent(inout) :: numbers
     real(rp), allocatable :: x(:)
     real(rp) :: phases
-    integer :: i, k
+    integer :: i, k, n
 
     do k = 1, size(sim%tool)
       associate (tool => sim%tool(k), s => numbers)
-        phases = real(tool%n_phases + 1, rp)
-        if (tool%drive%is_free) then
-          x = tool%drive%state()
-          call s%pass_one(x(1), 'the shift of a tool [m]', -far, far)
-          call s%pass_one(x(2), 'the velocity of a tool [m/s]', -speed_of_light, speed_of_light)
-          call s%pass_one(x(3), 'the neutral position of a tool [m]', -far, far)
-          call s%pass(2, x(4:5), 'the force on a tool [N]')
-          call s%pass_one(x(6), 'the flag of a tool that presses', 0.0_rp, 1.0_rp)
-          call s%pass_one(x(7), 'the phase of a tool', 0.0_rp, phases)
-          call s%pass_one(x(8), 'the force at the beginning of the phase of a tool [N]')
-          if (s%has_set()) call tool%drive%set_state(x, sim%clock%time)
-        end if
+        n = tool%n_phases
+        call s%pass_one(n, 'the number of phases of a tool', 0.0_rp, real(size(s%value), rp))
+        if (s%is_read .and. .not. s%has_set()) n = 0
+        phases = real(n + 1, rp)
+        x = tool%drive%state()
+        call s%pass_one(x(1), 'the shift of a tool [m]', -far, far)
+        call s%pass_one(x(2), 'the velocity of a tool [m/s]', -speed_of_light, speed_of_light)
+        call s%pass_one(x(3), 'the neutral position of a tool [m]', -far, far)
+        call s%pass_one(x(4), 'the force on a tool [N]')
+        call s%pass_one(x(5), 'the flag of a tool that presses', 0.0_rp, 1.0_rp)
+        call s%pass_one(x(6), 'the phase of a tool', 0.0_rp, phases)
+        call s%pass_one(x(7), 'the force at the beginning of the phase of a tool [N]')
+        if (s%has_set()) call tool%drive%set_state(x, sim%clock%time)
         if (tool%monitor%is_on) then
-          x = tool%monitor%state(tool%motion, tool%n_phases)
+          x = spread(0.0_rp, 1, n_monitor + n)
+          if (.not. s%is_read) x = tool%monitor%state(tool%motion, n)
           call s%pass(4, x(1:4), 'the load of a tool')
           call s%pass_one(x(5), 'the phase of a tool', 1.0_rp, phases)
           call s%pass_one(x(6), 'the flag of an ended phase of a tool', 0.0_rp, 1.0_rp)
           call s%pass_one(x(7), 'the time at which a tool was stopped [s]', -1.0_rp, sim%clock%time)
           call s%pass_one(x(8), 'the spin of a stopped tool [rad/s]')
-          call s%pass(tool%n_phases, x(9:), 'the duration of a phase of a tool [s]', 0.0_rp)
+          call s%pass(n, x(9:), 'the duration of a phase of a tool [s]', 0.0_rp)
           if (s%has_set()) call tool%monitor%set_state(x, tool%motion)
         end if
         x = tool%heat%state()
@@ -235,11 +240,26 @@ contains
       call numbers%pass(size(b%hooks), b%hooks, 'a sum of a hook')
       do k = 1, size(sim%tool)
         call numbers%pass(n_tool_sums, sim%tool(k)%sums, 'a sum of a tool')
+        call pass_reaction(sim%world, sim%tool(k)%drive, numbers)
       end do
     end associate
     if (.not. allocated(sim%sleepers%motion%sums)) return
     call numbers%pass(size(sim%sleepers%motion%sums), sim%sleepers%motion%sums, &
                       'the motion of a cube of nodes')
   end subroutine pass_sums
+
+  !> Write or read the part of this rank of the mean reaction on a tool: rank 0 has all of that of a
+  !> free one.
+  subroutine pass_reaction(world, drive, numbers)
+    type(world_t), intent(in) :: world
+    type(drive_t), intent(inout) :: drive
+    type(numbers_t), intent(inout) :: numbers
+    real(rp) :: part
+
+    part = drive%reaction_ema
+    if (drive%is_free .and. .not. world%is_root()) part = 0.0_rp
+    call numbers%pass_one(part, 'the reaction on a tool [N]')
+    if (numbers%has_set()) drive%reaction_ema = part
+  end subroutine pass_reaction
 
 end module output_checkpoint

@@ -83,6 +83,7 @@ contains
     if (error%is_set()) return
     call check_outside(sim, path, same_ranks, error)
     if (error%is_set()) return
+    call resume_drives(sim)
     call sim%tool%move_to(sim%clock%time)
     if (.not. sim%scene%method%sleep%is_on) call wake_all(sim%world, sim%particles, same_ranks)
     if (same_ranks) then
@@ -95,6 +96,25 @@ contains
       call sort_particles(sim, .true.)
     end if
   end subroutine resume
+
+  !> Collective. Add the averages of the ranks of the reaction on the free tools. A rigid machine that
+  !> does not press bears it; the tool may have become free at this restart.
+  subroutine resume_drives(sim)
+    type(simulation_t), intent(inout) :: sim
+    real(rp) :: reaction(size(sim%tool))
+    integer :: k
+
+    reaction = sim%tool%drive%reaction_ema
+    call sim%world%sum(reaction)
+    do k = 1, size(sim%tool)
+      associate (drive => sim%tool(k)%drive)
+        if (.not. drive%is_free) cycle
+        drive%reaction_ema = reaction(k)
+        if (drive%is_force_controlled .or. drive%stiffness > 0.0_rp) cycle
+        drive%force = reaction(k)
+      end associate
+    end do
+  end subroutine resume_drives
 
   !> Collective. Raise an error if particles are outside the grid, unless they are debris: debris is
   !> removed at the next sort, or here if the number of ranks has changed.

@@ -150,9 +150,7 @@ contains
     if (.not. tool%drive%is_free) then
       if (input%given('TOOL', i, 'MASS')) call input%report('TOOL', i, 'MASS', only_free)
       if (input%given('TOOL', i, 'DAMPING')) call input%report('TOOL', i, 'DAMPING', only_free)
-      return
-    end if
-    if (.not. input%logical('METHOD', 1, 'MECHANICS')) then
+    else if (.not. input%logical('METHOD', 1, 'MECHANICS')) then
       call input%report('TOOL', i, 'NAME', 'STIFFNESS and FORCE need METHOD MECHANICS = T')
     end if
     do b = 1, size(tool%motion%phase)
@@ -181,13 +179,13 @@ contains
       end associate
     end do
     tool%drive%mass = input%real('TOOL', i, 'MASS', otherwise=density*radius**3*pi**2/4.0_rp)
-    if (tool%drive%mass <= 0.0_rp) then
+    if (tool%drive%is_free .and. tool%drive%mass <= 0.0_rp) then
       call input%report('TOOL', i, 'MASS', 'must be given: this tool has no RADIUS from which '// &
                         'it would follow')
     end if
     tool%drive%damping = input%real('TOOL', i, 'DAMPING', otherwise=2.0_rp*sqrt( &
                          (face_stiffness + tool%drive%stiffness)*tool%drive%mass))
-    if (tool%drive%damping <= 0.0_rp .and. tool%drive%mass > 0.0_rp &
+    if (tool%drive%is_free .and. tool%drive%damping <= 0.0_rp .and. tool%drive%mass > 0.0_rp &
         .and. .not. input%given('TOOL', i, 'DAMPING')) then
       call input%report('TOOL', i, 'DAMPING', 'must be given: this tool has no RADIUS from '// &
                         'which it would follow')

@@ -45,20 +45,23 @@ contains
     logical :: is_force_controlled, is_last
     integer :: k, phase
 
-    if (.not. any(sim%tool%drive%is_free .or. sim%tool%monitor%is_on)) return
     is_last = sim%clock%time + dt >= sim%scene%end_time*(1.0_rp - 1.0e-12_rp)
     do k = 1, size(sim%tool)
       associate (tool => sim%tool(k))
         impulse(:, k) = [dot_product(tool%sums(s_force:s_force + 2) - tool%drive%last_impulse, &
                                      tool%drive%axis), tool%sums(s_torque) &
                                        - tool%monitor%last_angular_impulse]
+        if (.not. tool%drive%is_free) call tool%drive%follow(dt, impulse(1, k)/dt, &
+                                                             sim%clock%mass_scaling)
       end associate
     end do
+    if (.not. any(sim%tool%drive%is_free .or. sim%tool%monitor%is_on)) return
     mean = reshape(impulse, [size(impulse)])
     call sim%world%sum(mean)
     impulse = reshape(mean, shape(impulse))
     call monitor_tools(sim, dt, impulse)
     do k = 1, size(sim%tool)
+      if (.not. sim%tool(k)%drive%is_free) cycle
       associate (tool => sim%tool(k), drive => sim%tool(k)%drive)
         phase = tool%motion%phase_at(sim%clock%time + dt)
         if (drive%is_force_controlled .and. (phase > drive%phase .or. is_last)) then

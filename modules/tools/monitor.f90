@@ -8,7 +8,7 @@ module tools_monitor
 
   public :: monitor_t
 
-  integer, parameter :: n_monitor = 8             !! number of reals of the state without the phase
+  integer, parameter, public :: n_monitor = 8     !! number of reals of the state without the phase
                                                   !! durations
 
   type :: monitor_t
@@ -27,7 +27,7 @@ module tools_monitor
                                                !! stopped
     real(rp) :: spin = 0.0_rp                  !! spin after the stop [rad/s]
   contains
-    procedure :: update_load, load, state => monitor_state, set_state => set_monitor, size_of_state
+    procedure :: update_load, load, state => monitor_state, set_state => set_monitor
   end type monitor_t
 
 contains
@@ -52,24 +52,15 @@ contains
     load = 2.0_rp*self%load_ema - self%load_ema2
   end function load
 
-  !> Number of reals of the state, with a schedule of `n` phases in the input.
-  elemental integer function size_of_state(self, n)
-    class(monitor_t), intent(in) :: self
-    integer, intent(in) :: n
-
-    size_of_state = merge(n_monitor + n, 0, self%is_on)
-  end function size_of_state
-
   !> State for a checkpoint, with the durations of the phases. A stopped tool has one phase more or
   !> fewer than the `n` phases of the input.
   pure function monitor_state(self, motion, n) result(state)
     class(monitor_t), intent(in) :: self
     type(motion_t), intent(in) :: motion
     integer, intent(in) :: n
-    real(rp) :: state(self%size_of_state(n))
+    real(rp) :: state(n_monitor + n)
     integer :: last
 
-    if (.not. self%is_on) return
     last = min(n, size(motion%phase))
     state = 0.0_rp
     state(:n_monitor) = [self%load_ema, self%load_ema2, real(self%phase, rp), &
@@ -78,7 +69,7 @@ contains
   end function monitor_state
 
   !> Set the state from a checkpoint, and the durations of the phases that have begun in the
-  !> schedule of the input.
+  !> schedule of the input, which may have more or fewer phases than that of the checkpoint.
   pure subroutine set_monitor(self, state, motion)
     class(monitor_t), intent(inout) :: self
     real(rp), intent(in) :: state(:)
@@ -91,7 +82,7 @@ contains
     self%ended_early = state(6) > 0.0_rp
     self%halt_time = state(7)
     self%spin = state(8)
-    last = min(self%phase, size(motion%phase))
+    last = min(self%phase, size(motion%phase), size(state) - n_monitor)
     if (.not. self%ended_early) last = min(last, self%phase - 1)
     motion%phase(:last)%duration = state(n_monitor + 1:n_monitor + last)
     if (self%halt_time >= 0.0_rp) call motion%halt(self%halt_time, self%spin)

@@ -15,7 +15,7 @@ module tools_motion
   public :: drive_t, motion_t, path_t, phase_t, max_forces, n_drive, wrapped
 
   integer, parameter :: max_forces = 32  !! points of a table of force over time
-  integer, parameter :: n_drive = 8      !! reals of the state of a drive
+  integer, parameter :: n_drive = 7      !! reals of the state of a drive
 
   !> Polyline with constant velocity on each segment. With a ramp, position and direction are means
   !> over the ramp time before: the velocity changes linearly at a point, and corners are rounded.
@@ -69,14 +69,14 @@ module tools_motion
     real(rp) :: shift = 0.0_rp, rate = 0.0_rp  !! offset [m] and its rate [m/s]
     real(rp) :: neutral = 0.0_rp               !! offset at which the machine spring is unloaded [m]
     real(rp) :: time = 0.0_rp                  !! time of offset and rate [s]
-    real(rp) :: reaction_ema = 0.0_rp          !! exponential moving average of the reaction [N]
+    real(rp) :: reaction_ema = 0.0_rp          !! moving average of the reaction, see `follow` [N]
     real(rp) :: force = 0.0_rp                 !! force of the machine [N]
     logical :: is_force_controlled = .false.   !! force control in the last step
     integer :: phase = 0                       !! current phase of the schedule
     real(rp) :: phase_start_force = 0.0_rp     !! force at the start of the phase [N]
     real(rp) :: last_impulse(3) = 0.0_rp       !! impulse on the tool before this step [N s]
   contains
-    procedure :: offset, enter_phase, integrate, state, set_state
+    procedure :: offset, enter_phase, integrate, follow, state, set_state
   end type drive_t
 
 contains
@@ -340,13 +340,11 @@ contains
     real(rp), intent(in) :: mass_scaling
     real(rp) :: inertia, resistance, pull
 
-    if (.not. self%is_free) return
     inertia = self%mass*mass_scaling
     resistance = self%damping*sqrt(mass_scaling)
     self%shift = self%offset(self%time + dt)
     self%time = self%time + dt
-    self%reaction_ema = self%reaction_ema + (reaction - self%reaction_ema) &
-      *min(1.0_rp, dt*resistance/inertia)
+    call self%follow(dt, reaction, mass_scaling)
     if (is_force_controlled) then
       self%rate = (self%rate + dt/inertia*(reaction - force))/(1.0_rp + dt*resistance/inertia)
       self%rate = max(self%rate, -self%feed)
@@ -365,12 +363,22 @@ contains
     self%is_force_controlled = is_force_controlled
   end subroutine integrate
 
+  !> Add the `reaction` [N] of a step of `dt` to its exponential moving average; if the tool is not
+  !> free, that on this rank: averages of ranks add up to the force with which FORCE may begin.
+  pure subroutine follow(self, dt, reaction, mass_scaling)
+    class(drive_t), intent(inout) :: self
+    real(rp), intent(in) :: dt, reaction, mass_scaling
+
+    self%reaction_ema = self%reaction_ema + (reaction - self%reaction_ema) &
+      *min(1.0_rp, dt*(self%damping*sqrt(mass_scaling))/max(self%mass*mass_scaling, tiny(dt)))
+  end subroutine follow
+
   !> State for a checkpoint at `time` of the run.
   pure function state(self)
     class(drive_t), intent(in) :: self
     real(rp) :: state(n_drive)
 
-    state = [self%shift, self%rate, self%neutral, self%reaction_ema, self%force, &
+    state = [self%shift, self%rate, self%neutral, self%force, &
              merge(1.0_rp, 0.0_rp, self%is_force_controlled), real(self%phase, rp), &
                self%phase_start_force]
   end function state
@@ -383,11 +391,10 @@ contains
     self%shift = state(1)
     self%rate = state(2)
     self%neutral = state(3)
-    self%reaction_ema = state(4)
-    self%force = state(5)
-    self%is_force_controlled = state(6) > 0.0_rp
-    self%phase = nint(state(7))
-    self%phase_start_force = state(8)
+    self%force = state(4)
+    self%is_force_controlled = state(5) > 0.0_rp
+    self%phase = nint(state(6))
+    self%phase_start_force = state(7)
     self%time = time
   end subroutine set_state
 

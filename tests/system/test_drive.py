@@ -86,6 +86,52 @@ def test_restart_is_bitwise(run, tmp_path):
         assert np.array_equal(history[name], whole.history()[name])
 
 
+# Phases of a disc without a force, after which it presses.
+PHASES = """&MOTION TOOL = 'disc', DURATION = 5e-3, VELOCITY = 0, 0, -4e-3, SPIN_RPM = 970, RAMP = 1e-3 /
+&MOTION TOOL = 'disc', DURATION = 5e-3, VELOCITY = 1.8e-3, 0, 0, SPIN_RPM = 970 /
+&MOTION TOOL = 'disc', DURATION = 3e-3, VELOCITY = 1.8e-3, 0, 0, SPIN_RPM = 970, RAMP = 1e-3 /
+&OUTPUT HISTORY_INTERVAL = 2.5e-4 /
+"""
+
+
+@pytest.mark.parametrize("ranks, file", [(None, True), (None, False), (2, True)])
+def test_force_from_a_restart(run, tmp_path, ranks, file):
+    """Pressed from a restart on as in one go, with and without an input file, on as many ranks and fewer: place and force are those of the
+    run in one go to rounding. The force begins with what the metal bore at the restart, not with 0; a phase more does not disturb what
+    watches the load."""
+    text = (driver.INPUTS / "driven_disc.nml").read_text(encoding="utf-8")
+    text = text[:text.index("&MOTION")].replace("FRICTION = 0.2", "FRICTION = 0.2, MAX_FORCE = 1e6") + PHASES
+    (tmp_path / "disc.nml").write_text(text, encoding="utf-8")
+    force = {"MOTION(3).FORCE": 30e3}
+    whole = run(tmp_path / "disc.nml", "--quiet", "--output", "whole", sets=force, directory=tmp_path, ranks=ranks)
+    run(tmp_path / "disc.nml", "--quiet", "--output", "part", sets={"TIME.MAX_STEPS": 250}, directory=tmp_path, ranks=ranks)
+    if file:
+        (tmp_path / "disc.nml").write_text(text + "&MOTION TOOL = 'disc', VELOCITY = 0, 0, 0.05, SPIN_RPM = 970 /\n", encoding="utf-8")
+    run(tmp_path / "disc.nml" if file else None, "--quiet", "--restart", "part/disc_checkpoint.h5", "--output", "part", directory=tmp_path,
+        sets=force | ({} if file else {"TIME.MAX_STEPS": 0}))
+    one, other = (driver.Results(whole.directory / name, "disc").history() for name in ("whole", "part"))
+    pressed = (one["time[s]"] > 9e-3) & (one["time[s]"] < 13e-3)
+    for name, digits in (("disc_z[m]", 1e-10), ("disc_force_z[N]", 1.0)):
+        print(name, np.abs(one[name][pressed] - other[name][pressed]).max(), one[name][pressed])
+        assert other[name][pressed] == pytest.approx(one[name][pressed], abs=digits)
+    assert one["disc_force_z[N]"][pressed].min() > 10e3
+
+
+def test_drive_of_a_tool_without_radius(run, tmp_path):
+    """Exact: MASS and DAMPING of a plane, which has no RADIUS, come with its FORCE at a restart; without them the message names the key."""
+    sets = {"TIME.END": 5e-3, "MOTION(1).DURATION": 4e-3}
+    text = (driver.INPUTS / "driven.nml").read_text(encoding="utf-8").replace("  STIFFNESS = 3.5e7, MASS = 1e-4, DAMPING = 118 /", "/")
+    text += "&MOTION TOOL = 'press' /\n"
+    (tmp_path / "rod.nml").write_text(text, encoding="utf-8")
+    run(tmp_path / "rod.nml", "--quiet", directory=tmp_path, sets=sets | {"TIME.END": 3.8e-3})
+    restart = ("--quiet", "--restart", "rod.out/rod_checkpoint.h5")
+    bare = run(None, *restart, directory=tmp_path, sets=sets | {"MOTION(2).FORCE": 300}, expect=driver.BAD_INPUT)
+    assert "rod_checkpoint.h5, input:" in bare.err and "error: &TOOL MASS: must be given: this tool has no RADIUS" in bare.err
+    machine = {"TOOL.MASS": 1e-4, "TOOL.DAMPING": 118, "MOTION(2).FORCE": 300}
+    history = run(None, *restart, directory=tmp_path, sets=sets | machine | {"TIME.END": 8e-3}).results("rod").history()
+    assert history["press_force_z[N]"][history["time[s]"] > 7e-3] == pytest.approx(300, rel=1e-2)
+
+
 def test_ranks(run, tmp_path):
     """The same on one rank and two, to rounding."""
     force = []
