@@ -112,8 +112,8 @@ contains
     if (command%input /= '') then
       call read_input(key_table(), command%input, command%overrides, input)
     else
-      call read_input_text(key_table(), command%restart//', input', notes%input, command%overrides, input, &
-                           resumed=.true.)
+      call read_input_text(key_table(), command%restart//', input', notes%input, &
+                           command%overrides, input, resumed=.true.)
       call input%set_default('RUN', 'NAME', old%text('RUN', 1, 'NAME'))
       if (allocated(notes%folder)) input%folder = notes%folder
     end if

@@ -76,7 +76,7 @@ contains
     self%path = trim(path)
     if (world%is_root()) then
       text = joined(columns, ',')//new_line('a')   ! the header
-      if (rows >= 0) call keep_rows(self%path, columns, rows, last_time, cuts_more, text, error)
+      if (rows >= 0) call keep_rows(self%path, columns, rows, last_time, cuts_more, text)
       if (len_trim(title) > 0) text = '# '//trim(title)//new_line('a')//text
       call write_whole(self%path, text, error)
       if (.not. error%is_set()) call self%file%append(self%path)
@@ -87,13 +87,12 @@ contains
   end subroutine open_table
 
   !> Copy header and rows up to `last_time` of the old table, whose last line may be incomplete.
-  subroutine keep_rows(path, columns, rows, last_time, cuts_more, text, error)
+  subroutine keep_rows(path, columns, rows, last_time, cuts_more, text)
     character(*), intent(in) :: path, columns(:)
     integer(i8), intent(in) :: rows
     real(rp), intent(in) :: last_time
     logical, intent(in) :: cuts_more         !! remove further rows at `last_time`
     character(:), allocatable, intent(inout) :: text
-    type(error_t), intent(inout) :: error
     character(:), allocatable :: old, kept
     integer(i8) :: found
     integer :: first, last, length, used
@@ -115,10 +114,9 @@ contains
         continue
       else if (.not. has_header) then
         has_header = .true.
-        if (old(first:last) /= text) then
-          call error%raise(path//' has other columns; move it away or restart with the same')
-          return
-        end if
+        found = -1
+        if (old(first:last) /= text) exit
+        found = 0
       else
         time = time_of(old(first:last - 1), size(columns))
         if (time <= last_time + slack .and. .not. (cuts_more .and. found >= rows &
@@ -138,13 +136,15 @@ contains
   subroutine set_aside(path, is_there, found, rows, last_time)
     character(*), intent(in) :: path
     logical, intent(in) :: is_there
-    integer(i8), intent(in) :: found, rows
+    integer(i8), intent(in) :: found, rows    !! rows in the table, -1 if it has other columns; of
+                                              !! the run
     real(rp), intent(in) :: last_time
     character(:), allocatable :: message, aside
     logical :: ok
 
-    message = 'warning: '//path//' holds '//str(found)//' of the '//str(rows)// &
-              ' rows that the run had written until t = '//str(last_time)//' s'
+    message = 'warning: '//path//' has other columns'
+    if (found >= 0) message = 'warning: '//path//' holds '//str(found)//' of the '//str(rows)// &
+                              ' rows that the run had written until t = '//str(last_time)//' s'
     if (is_there) then
       aside = free_name(path)
       call rename_file(path, aside, ok)

@@ -104,7 +104,6 @@ contains
       end associate
     end do
     call add_micro_columns(sim%scene, micro, row)
-    if (.not. sim%scene%method%adapts_mass) return
     call row%add('mass_scaling', '', sim%clock%mass_scaling)
     call row%add('scaling_work', 'J', totals%budget(e_scaling))
   end subroutine add_columns

@@ -97,8 +97,8 @@ contains
     end if
   end subroutine resume
 
-  !> Collective. Add the averages of the ranks of the reaction on the free tools. A rigid machine that
-  !> does not press bears it; the tool may have become free at this restart.
+  !> Collective. Add the averages of the ranks of the reaction on the free tools. A rigid machine
+  !> that does not press bears it; the tool may have become free at this restart.
   subroutine resume_drives(sim)
     type(simulation_t), intent(inout) :: sim
     real(rp) :: reaction(size(sim%tool))

@@ -63,7 +63,7 @@ module tools_motion
     real(rp) :: axis(3) = 0.0_rp    !! unit vector out of the plate
     real(rp) :: mass = 0.0_rp       !! mass that moves along the axis [kg]
     real(rp) :: stiffness = 0.0_rp  !! machine stiffness between slide and tool [N/m]; 0: rigid
-    real(rp) :: damping = 0.0_rp    !! damping of the drive [N s/m]
+    real(rp) :: damping = 0.0_rp    !! [N s/m]
     real(rp) :: feed = huge(1.0_rp)  !! largest speed into the plate under force control [m/s]
     ! State: offset of the tool from its schedule, out of the plate.
     real(rp) :: shift = 0.0_rp, rate = 0.0_rp  !! offset [m] and its rate [m/s]
@@ -325,9 +325,8 @@ contains
     class(drive_t), intent(inout) :: self
     integer, intent(in) :: phase
 
-    if (phase == self%phase) return
+    if (phase /= self%phase) self%phase_start_force = self%force
     self%phase = phase
-    self%phase_start_force = self%force
   end subroutine enter_phase
 
   !> Integrate offset and rate over a step of `dt` with the `reaction` of the bodies. With

@@ -183,7 +183,7 @@ def mass_scaling():
                    f"{label}, force": history["tool_force_z[N]"][late].mean(),
                    f"{label}, hottest": history["temperature_max[K]"][-1],
                    f"{label}, inertial": history["inertial_stress_over_flow[%]"].max()}
-        if "mass_scaling" in history.names:
+        if "TIME.MASS_SCALING_RANGE" in sets:
             values[f"{label}, factor"] = history["mass_scaling"][-1]
     return {key: float(value) for key, value in values.items()}
 

@@ -322,8 +322,11 @@ contains
       newline//'6.666666666667E-01,-2.000000000E-120'//newline// &
       '9.000000000000E+00,1.000000000E+00'//newline, back=.true.) > 30)
     call table%open(world, path, '', ['time[s] ', 'force[N]'], 3_i8, 1.0_rp, error)
-    call expect_error('table of other columns', error, 'columns')
     call table%close(error)
+    call expect_no_error('a table of other columns is gone on with', error)
+    call expect('and new', contents(world, path) == 'time[s],force[N]'//newline)
+    call expect('the other is kept', contents(world, path//'.1') == text)
+    call discard(world, path//'.1')
     call table%open(world, path, '', columns, -1_i8, 0.0_rp, error)
     call table%close(error)
     call expect('fresh over an old table', contents(world, path) == 'time[s],torque[N]'//newline)

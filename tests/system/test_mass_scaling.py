@@ -104,6 +104,23 @@ def test_falls_when_it_is_too_large(run, tmp_path):
     assert np.median(history["inertial_stress_over_flow[%]"][late]) < 0.5
 
 
+@pytest.mark.parametrize("before, after", [("0,0", "1e4,1e6"), ("1e4,1e6", "0,0")])
+def test_range_from_a_restart(run, tmp_path, before, after):
+    """Exact: MASS_SCALING_RANGE comes or goes at a restart in the folder of the run. Its rows and frames stay, and more follow."""
+    sets = {"TIME.MASS_SCALING_RANGE": before, "TIME.MAX_STEPS": 80, "OUTPUT.FRAME_INTERVAL": 2e-3, "OUTPUT.HISTORY_INTERVAL": 1e-3,
+            "METHOD.SORT_INTERVAL": 10}
+    results = run("stir", "--quiet", sets=sets, directory=tmp_path).results("stir")
+    rows, frames = results.history(), sorted(path.name for path in (tmp_path / "stir.out").glob("stir_0*.hdf"))
+    sets |= {"TIME.MASS_SCALING_RANGE": after, "TIME.MAX_STEPS": 120}
+    done = run(None, "--quiet", "--restart", results.path("_checkpoint.h5"), sets=sets, directory=tmp_path)
+    history, kept = results.history(), np.array([name for name in rows.names])
+    n = rows["step"].size - 1   # the last row and frame are those of the early end
+    assert list(history.names) == list(kept) and "other columns" not in done.err
+    assert all(np.array_equal(history[name][:n], rows[name][:n]) for name in kept)
+    assert history["step"][-1] == 120 and {path.name for path in (tmp_path / "stir.out").glob("stir_0*.hdf")} >= set(frames)
+    assert (np.ptp(history["mass_scaling"][n + 1:]) > 0) == (after != "0,0")
+
+
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_ranks_and_restart(run, tmp_path, ranks):
     """The same on one and two ranks to 1e-9 of the largest value, and bit for bit if stopped and continued."""
