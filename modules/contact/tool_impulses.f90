@@ -197,7 +197,7 @@ contains
           mass = 0.0_rp
           mass(m_touching) = t%mass
           if (max(t%closing_velocity, t%edge_closing_velocity) > 0.0_rp) mass(m_pushed) = t%mass
-          mass(m_last_impulse:m_last_impulse + 2) = t%normal_impulse*t%normal
+          mass(m_last_impulse:m_last_impulse + 2) = t%normal_impulse*t%normal + t%last_friction
           do i = 1, 27
             if (t%entry(i) == 0) cycle
             contact%mass(:, t%entry(i)) = contact%mass(:, t%entry(i)) + t%weight(i)*mass
@@ -212,7 +212,7 @@ contains
     type(simulation_t), intent(inout) :: sim
     type(friction_law_t), intent(in) :: law
     real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
-    real(rp) :: kept, least, part, push, s(3), values(n_values)
+    real(rp) :: kept, least, part, push, returned, s(5), values(n_values)
     integer :: e, p
 
     part = merge(1.0_rp, impulse_fraction_remapped, sim%scene%method%scheme == scheme_usl)
@@ -227,7 +227,9 @@ contains
                           contact%mass)
           s(:2) = max(min_load_return, s(:2))
           t%stick_impulse = 0.0_rp                            ! no friction on molten metal
-          if (t%max_friction > molten_limit) t%stick_impulse = -t%mass/s(1)*t%slip
+          returned = dot_product(s(3:), t%normal)
+          if (t%max_friction > molten_limit) t%stick_impulse = t%last_friction &
+            - t%mass/s(1)*(t%slip + s(3:) - returned*t%normal)
           push = part*t%mass/s(2)
           t%lasting_impulse = 0.0_rp
           if (t%closing_velocity > 0.0_rp) then
@@ -235,9 +237,9 @@ contains
             if (t%closing_velocity <= t%approach_velocity) kept = exp(-dt &
               /relaxation_time(sim%clock, t))
             t%lasting_impulse = min(t%max_normal_impulse, max(0.0_rp, kept*(t%normal_impulse &
-                                                                            - push*s(3)) + push &
+                                                                            - push*returned) + push &
                                                                               *t%approach_velocity))
-            t%normal_impulse = max(0.0_rp, t%normal_impulse + push*(t%closing_velocity - s(3)))
+            t%normal_impulse = max(0.0_rp, t%normal_impulse + push*(t%closing_velocity - returned))
           end if
           t%normal_impulse = max(min(t%normal_impulse, t%max_normal_impulse), push &
                                  *t%edge_closing_velocity)
@@ -316,20 +318,26 @@ contains
     type(simulation_t), intent(inout) :: sim
     type(friction_law_t), intent(in) :: law
     real(rp), intent(in) :: dt                 !! time step [s]
-    real(rp) :: unused
+    real(rp) :: used, unused
     integer :: i, p
 
     do p = 1, sim%contact%n
       associate (t => sim%contact%particle(p))
         unused = 0.0_rp
+        used = 0.0_rp
         do i = 1, 27
-          if (t%entry(i) > 0) unused = unused + t%weight(i)*sim%contact%coulomb_unused(t%entry(i))
+          if (t%entry(i) == 0) cycle
+          unused = unused + t%weight(i)*sim%contact%coulomb_unused(t%entry(i))
+          used = used + t%weight(i)*sim%contact%friction_fraction(t%entry(i))
         end do
         associate (reserve => sim%particles%ps(t%lane, sim%scene%layout%coulomb_reserve, t%block))
           reserve = t%coulomb_impulse*unused*exp(-dt/relaxation_time(sim%clock, t))
           if (law%uses_mean_pressure()) reserve = t%coulomb_impulse/dt
         end associate
-        sim%particles%ps(t%lane, sim%scene%layout%normal_force, t%block) = t%lasting_impulse/dt
+        associate (force => sim%scene%layout%tool_force)
+          sim%particles%ps(t%lane, force:force + 2, t%block) = (t%lasting_impulse*t%normal &
+                                                                + used*t%stick_impulse)/dt
+        end associate
       end associate
     end do
   end subroutine store_contact_history

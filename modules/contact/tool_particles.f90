@@ -124,7 +124,7 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
     type(candidates_t), intent(inout) :: near
-    real(rp) :: edge, friction_zone, size, w(nlane, 18), zone
+    real(rp) :: edge, force(3), friction_zone, size, w(nlane, 18), zone
     integer :: before, first(nlane), p
     type(contact_particle_t) :: particle
     logical :: at_surface
@@ -156,7 +156,6 @@ contains
                                                    sim%scene%layout%n, near%ps, w, first)
       particle%mass = sim%clock%mass_scaling*near%ps(p, f_mass)
       particle%coulomb_impulse = near%ps(p, sim%scene%layout%coulomb_reserve)
-      particle%normal_impulse = dt*near%ps(p, sim%scene%layout%normal_force)
       particle%spacing = sim%scene%spacing_of(near%body, near%ps(p, :))
       particle%cell_edges = sim%nodes%patch%edges_at(near%ps(p, f_pos:f_pos + 2))
       size = norm2(particle%normal*particle%spacing)
@@ -164,6 +163,10 @@ contains
       zone = merge(slop*edge, 0.0_rp, at_surface)
       if (.not. takes_part(sim, near, dt, zone, friction_zone*size, near%ps(p, f_pos:f_pos + 2), &
                            velocity_at(sim%nodes, particle%first, particle%w, g), particle)) cycle
+      force = near%ps(p, sim%scene%layout%tool_force:sim%scene%layout%tool_force + 2)
+      particle%normal_impulse = dt*dot_product(force, particle%normal)
+      particle%last_friction = dt*force - particle%normal_impulse*particle%normal
+      particle%normal_impulse = max(0.0_rp, particle%normal_impulse)
       call sim%contact%add_particle_in_contact(particle)
     end do
     call limit_impulses(sim%scene, sim%tool(near%tool), dt, near, &

@@ -83,7 +83,7 @@ contains
     name = trim(common(count(first <= f)))
     if (f <= n_fields) return
     place = [layout%half, layout%affine, layout%origin, layout%law, layout%rest, &
-             layout%surface_offset, layout%coulomb_reserve, layout%normal_force, layout%tool_heat, &
+             layout%surface_offset, layout%coulomb_reserve, layout%tool_force, layout%tool_heat, &
              layout%edges]
     if (layout%n_law == 0) place(4) = 0
     place = merge(place, 0, place <= f)

@@ -42,7 +42,7 @@ module particles_store
     integer :: rest = 0             !! temperature at falling asleep [K] (sleeping)
     integer :: coulomb_reserve = 0  !! unused Coulomb friction impulse [N s], or mean Coulomb force
                                     !! [N] (contact_tool_impulses)
-    integer :: normal_force = 0     !! sustained normal force of tools [N] (contact_tool_impulses)
+    integer :: tool_force = 0       !! sustained force of tools [N], 3 (contact_tool_impulses)
     integer :: surface_offset = 0   !! distance from centre to surface, in half spacings (tools)
     integer :: tool_heat = 0        !! contact area times time [m2 s] and heat of the face [J] since
                                     !! the last conduction step, for each tool that absorbs heat
@@ -119,7 +119,7 @@ contains
 
     associate (l => self)
       write (buffer, '(*(i0, :, " "))') n_fields, l%half, l%affine, l%origin, l%law, l%n_law, &
-        l%coulomb_reserve, l%normal_force, l%surface_offset, l%tool_heat, l%n - merge(1, 0, &
+        l%coulomb_reserve, l%tool_force, l%surface_offset, l%tool_heat, l%n - merge(1, 0, &
                                                                                       l%rest > 0)
     end associate
     text = trim(buffer)

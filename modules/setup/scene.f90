@@ -290,7 +290,7 @@ contains
       if (input%logical('OUTPUT', 1, 'INITIAL_POSITION')) call layout%add(3, layout%origin)
       if (input%count('TOOL') > 0) call layout%add(1, layout%surface_offset)
       if (input%count('TOOL') > 0) call layout%add(1, layout%coulomb_reserve)
-      if (input%count('TOOL') > 0) call layout%add(1, layout%normal_force)
+      if (input%count('TOOL') > 0) call layout%add(3, layout%tool_force)
       if (m%scheme /= scheme_usl .and. (m%transfer == transfer_xpic .or. &
                                         m%transfer == transfer_fmpm)) then
         call input%report('METHOD', 1, 'SCHEME', 'must be usl with TRANSFER = xpic or fmpm')

@@ -25,7 +25,7 @@ module simulation_tool_lists
   integer, parameter, public :: &
     m_touching = 1, &     !! particles that touch or are near enough for friction
     m_pushed = 2, &       !! pushed particles
-    m_last_impulse = 3    !! normal impulse by the force of the last step [N s], 3 components
+    m_last_impulse = 3    !! impulse by the force of the last step [N s], 3 components
   integer, parameter, public :: n_masses = 5
 
   !> Candidates for contact, gathered from their blocks into one: a block at a tool has only a few,
@@ -80,6 +80,8 @@ module simulation_tool_lists
     real(rp) :: max_friction = 0.0_rp           !! largest friction impulse [N s]
     real(rp) :: transition = 0.0_rp             !! friction impulse at which the law changes its
                                                 !! form [N s]
+    real(rp) :: last_friction(3) = 0.0_rp       !! friction impulse by the force of the last step
+                                                !! [N s]
     real(rp) :: stick_impulse(3) = 0.0_rp       !! impulse that would stop the slip [N s]
     real(rp) :: layer_depth = 0.0_rp            !! depth of the particle centre under the face [m];
                                                 !! 0: no shear layer
@@ -142,8 +144,8 @@ contains
     integer :: i
 
     self%field = [(i, i=1, n_conduction), f_plastic, f_rate, layout%surface_offset, &
-                  layout%coulomb_reserve, layout%normal_force, (layout%law + i, i=0, &
-                                                                layout%n_law - 1)]
+                  layout%coulomb_reserve, (layout%tool_force + i, i=0, 2), &
+                  (layout%law + i, i=0, layout%n_law - 1)]
     if (with_stress) self%field = [self%field, (f_tau + i, i=0, 5)]
     if (layout%half > 0) self%field = [self%field, (layout%half + i, i=0, 2)]
     if (layout%edges > 0) self%field = [self%field, (layout%edges + i, i=0, 2)]
@@ -274,21 +276,20 @@ contains
   end subroutine find_nodes
 
   !> Load-return factors of a particle for uniform loads on all touching and on all pushed
-  !> particles, and the velocity along its normal from the forces of the last step [m/s].
+  !> particles, and its velocity from the forces of the last step [m/s], 3 components.
   pure function load_return(entry, weight, normal, n, free, mass) result(s)
     integer, intent(in) :: entry(27), n
     real(rp), intent(in) :: weight(27), normal(3), free(3, n), mass(n_masses, n)
-    real(rp) :: along(3), s(3)
+    real(rp) :: along(3), s(5)
     integer :: i
 
     s = 0.0_rp
     do i = 1, 27
       if (entry(i) == 0) cycle
-      along = weight(i)*free(:, entry(i))*normal
-      s(:2) = s(:2) + (along(1)*normal(1) + along(2)*normal(2) + along(3)*normal(3)) &
+      along = weight(i)*free(:, entry(i))
+      s(:2) = s(:2) + (along(1)*normal(1)**2 + along(2)*normal(2)**2 + along(3)*normal(3)**2) &
                       *mass(m_touching:m_pushed, entry(i))
-      s(3) = s(3) + along(1)*mass(m_last_impulse, entry(i)) + along(2)*mass(m_last_impulse + 1, &
-             entry(i)) + along(3)*mass(m_last_impulse + 2, entry(i))
+      s(3:) = s(3:) + along*mass(m_last_impulse:m_last_impulse + 2, entry(i))
     end do
   end function load_return
 

@@ -153,7 +153,7 @@ contains
     call move_alloc(more, sim%tool)
     call sim%scene%layout%add(1, sim%scene%layout%surface_offset)
     call sim%scene%layout%add(1, sim%scene%layout%coulomb_reserve)
-    call sim%scene%layout%add(1, sim%scene%layout%normal_force)
+    call sim%scene%layout%add(3, sim%scene%layout%tool_force)
   end subroutine add_tool
 
   !> A half space whose surface looks along `axis`, of length 1.
