@@ -237,7 +237,8 @@ contains
             if (t%closing_velocity <= t%approach_velocity) kept = exp(-dt &
               /relaxation_time(sim%clock, t))
             t%lasting_impulse = min(t%max_normal_impulse, max(0.0_rp, kept*(t%normal_impulse &
-                                                                            - push*returned) + push &
+                                                                            - push*returned) &
+                                                                              + push &
                                                                               *t%approach_velocity))
             t%normal_impulse = max(0.0_rp, t%normal_impulse + push*(t%closing_velocity - returned))
           end if

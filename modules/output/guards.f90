@@ -198,8 +198,8 @@ contains
                  'scene was ever above '//str(high)//' K'
       end if
     end associate
-    if (reason /= '') reason = reason//': conduction is unstable; lower &HEAT FOURIER, or EVERY '// &
-      'and STEP if they are given'
+    if (reason /= '') reason = reason//': conduction is unstable; lower &HEAT FOURIER, or '// &
+      'EVERY and STEP if they are given'
   end subroutine check_range
 
   !> Widen the range of temperatures of the scene.
