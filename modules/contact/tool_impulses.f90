@@ -236,10 +236,8 @@ contains
             kept = 1.0_rp
             if (t%closing_velocity <= t%approach_velocity) kept = exp(-dt &
               /relaxation_time(sim%clock, t))
-            t%lasting_impulse = min(t%max_normal_impulse, max(0.0_rp, kept*(t%normal_impulse &
-                                                                            - push*returned) &
-                                                                              + push &
-                                                                              *t%approach_velocity))
+            t%lasting_impulse = kept*(t%normal_impulse - push*returned) + push*t%approach_velocity
+            t%lasting_impulse = min(t%max_normal_impulse, max(0.0_rp, t%lasting_impulse))
             t%normal_impulse = max(0.0_rp, t%normal_impulse + push*(t%closing_velocity - returned))
           end if
           t%normal_impulse = max(min(t%normal_impulse, t%max_normal_impulse), push &

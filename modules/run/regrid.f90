@@ -364,7 +364,7 @@ contains
           least(:n) = min(least(:n), d(:n))
         end do
         associate (reserve => sim%scene%layout%coulomb_reserve, &
-          force => sim%scene%layout%tool_force)
+                   force => sim%scene%layout%tool_force)
           do k = 1, n
             if (least(k) > far) ps(k, [reserve, force, force + 1, force + 2]) = 0.0_rp
           end do
