@@ -39,6 +39,8 @@ module tools_heat_sink
     real(rp) :: face_temperature = 298.0_rp       !! face temperature [K]
     real(rp) :: gained = 0.0_rp, lost = 0.0_rp    !! heat taken from the bodies, heat lost to the
                                                   !! coolant [J]
+    ! Cell temperatures at the end of the step without heat flow [K], and their rise with it [K/W]:
+    real(rp), allocatable, private :: alone(:), per_watt(:)
   contains
     procedure :: make_rod, make_lumped, face_response, absorb, content, range => range_of, state
     procedure :: set_state
@@ -104,60 +106,50 @@ contains
   end subroutine make_lumped
 
   !> Face temperature at the end of a step as a linear function of the heat flow from the bodies:
-  !> `t_face0` [K] without it, and the derivative `dt_face_dp` [K/W].
+  !> `t_face0` [K] without it, and the derivative `dt_face_dp` [K/W]. The temperatures of the cells
+  !> are kept for `absorb`: backward Euler with elimination from the far end.
   pure subroutine face_response(self, dt, t_face0, dt_face_dp)
-    class(heat_sink_t), intent(in) :: self
+    class(heat_sink_t), intent(inout) :: self
     real(rp), intent(in) :: dt                    !! time step [s]
     real(rp), intent(out) :: t_face0, dt_face_dp
-    real(rp), dimension(size(self%temperature)) :: without_power, unit
-
-    call solve(self, dt, 0.0_rp, without_power)
-    call solve(self, dt, 1.0_rp, unit)
-    t_face0 = without_power(1)
-    dt_face_dp = unit(1) - without_power(1) + 1.0_rp/self%face_conductance
-  end subroutine face_response
-
-  !> Take a step with the heat flow `power` from the bodies.
-  pure subroutine absorb(self, dt, power)
-    class(heat_sink_t), intent(inout) :: self
-    real(rp), intent(in) :: dt, power             !! time step [s], power [W]
-    real(rp), dimension(size(self%temperature)) :: t
-    integer :: n
-
-    n = size(t)
-    call solve(self, dt, power, t)
-    self%temperature = t
-    self%face_temperature = t(1) + power/self%face_conductance
-    self%gained = self%gained + dt*power
-    self%lost = self%lost + dt*self%link_conductance(n)*(t(n) - self%coolant)
-  end subroutine absorb
-
-  !> Temperatures after a step of backward Euler with `power` into the first cell: elimination from
-  !> the far end.
-  pure subroutine solve(self, dt, power, t)
-    class(heat_sink_t), intent(in) :: self
-    real(rp), intent(in) :: dt, power
-    real(rp), intent(out) :: t(size(self%temperature))
     real(rp), dimension(size(self%temperature)) :: diagonal, right
     integer :: i, n
 
-    n = size(t)
+    n = size(self%temperature)
     diagonal = self%capacity/dt + self%link_conductance
     right = self%capacity/dt*self%temperature
-    right(1) = right(1) + power
     right(n) = right(n) + self%link_conductance(n)*self%coolant
-    do i = n - 1, 1, -1
-      associate (g => self%link_conductance(i))
-        diagonal(i + 1) = diagonal(i + 1) + g
-        diagonal(i) = diagonal(i) - g*g/diagonal(i + 1)
-        right(i) = right(i) + g*right(i + 1)/diagonal(i + 1)
-      end associate
-    end do
-    t(1) = right(1)/diagonal(1)
-    do i = 1, n - 1
-      t(i + 1) = (right(i + 1) + self%link_conductance(i)*t(i))/diagonal(i + 1)
-    end do
-  end subroutine solve
+    if (.not. allocated(self%alone)) allocate (self%alone(n), self%per_watt(n))
+    associate (link => self%link_conductance, alone => self%alone, per_watt => self%per_watt)
+      do i = n - 1, 1, -1
+        diagonal(i + 1) = diagonal(i + 1) + link(i)
+        diagonal(i) = diagonal(i) - link(i)**2/diagonal(i + 1)
+        right(i) = right(i) + link(i)*right(i + 1)/diagonal(i + 1)
+      end do
+      alone(1) = right(1)/diagonal(1)
+      per_watt(1) = 1.0_rp/diagonal(1)
+      do i = 1, n - 1
+        alone(i + 1) = (right(i + 1) + link(i)*alone(i))/diagonal(i + 1)
+        per_watt(i + 1) = link(i)*per_watt(i)/diagonal(i + 1)
+      end do
+      t_face0 = alone(1)
+      dt_face_dp = per_watt(1) + 1.0_rp/self%face_conductance
+    end associate
+  end subroutine face_response
+
+  !> End the step of the last `face_response`, of length `dt`, with the heat flow `power` from the
+  !> bodies.
+  pure subroutine absorb(self, dt, power)
+    class(heat_sink_t), intent(inout) :: self
+    real(rp), intent(in) :: dt, power             !! time step [s], power [W]
+    integer :: n
+
+    n = size(self%temperature)
+    self%temperature = self%alone + power*self%per_watt
+    self%face_temperature = self%temperature(1) + power/self%face_conductance
+    self%gained = self%gained + dt*power
+    self%lost = self%lost + dt*self%link_conductance(n)*(self%temperature(n) - self%coolant)
+  end subroutine absorb
 
   !> Heat above 0 K [J].
   pure real(rp) function content(self)

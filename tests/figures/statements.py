@@ -299,6 +299,7 @@ DEFINITIONS = (
     ("docs/method.md", "a penetration of 0.43 dt^2 p/(rho spacing)", FORMULA),
     ("docs/method.md", "no faster than 0.003 of the wave speed", KEY),
     ("docs/method.md", "with z = 0.3 kappa dt/spacing^2", KEY),
+    ("docs/method.md", "it is wrong by a fraction $0.9", FORMULA),
     ("docs/method.md", "an elastic rod of eight cells would be 3 % too stiff", ABLATION),
     ("docs/method.md", "stretched elastically to 0.9 of the distance", KEY),
     ("docs/method.md", "3 times the spacing for uGIMP", KEY),
