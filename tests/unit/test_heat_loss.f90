@@ -35,11 +35,11 @@ contains
     lump%coolant = coolant
     call lump%make_lumped(capacity, 350.0_rp)
     before = lump%content()
-    call lump%absorb(dt, power)
+    call warm(lump, dt, power)
     call expect_close('a step of a lump', lump%face_temperature, (capacity*350.0_rp + dt*(power &
                       + cooling*coolant))/(capacity + dt*cooling))
     do k = 1, 500
-      call lump%absorb(dt, power)
+      call warm(lump, dt, power)
     end do
     call expect_close('a lump at rest', lump%face_temperature, coolant + power/cooling)
     call expect_close('what a lump got', lump%gained, 501.0_rp*dt*power)
@@ -61,7 +61,7 @@ contains
     before = rod%content()
     call expect_close('heat in a rod', before, area*length*3.6e6_rp*300.0_rp)
     do step = 1, 400
-      call rod%absorb(10.0_rp, power)
+      call warm(rod, 10.0_rp, power)
     end do
     call expect_close('a rod at rest', rod%face_temperature, &
                       280.0_rp + power*(length/(k*area) + 2.0_rp), &
@@ -83,7 +83,7 @@ contains
     before = rod%content()
     steps = 1000
     do step = 1, steps
-      call rod%absorb(end/steps, q*area)
+      call warm(rod, end/steps, q*area)
     end do
     call expect_close('a rod without end', rod%face_temperature - 300.0_rp, &
                       2.0_rp*q*sqrt(end/(pi*k*heat)), &
@@ -92,6 +92,16 @@ contains
                       rtol=1.0e-6_rp)
   end subroutine test_half_space
 
+  !> Take a step of a sink with a heat flow.
+  subroutine warm(sink, dt, power)
+    type(heat_sink_t), intent(inout) :: sink
+    real(rp), intent(in) :: dt, power
+    real(rp) :: dt_face_dp, t_face0
+
+    call sink%face_response(dt, t_face0, dt_face_dp)
+    call sink%absorb(dt, power)
+  end subroutine warm
+
   !> The temperature that a face answers is that which it takes.
   subroutine test_answer()
     type(heat_sink_t) :: rod, lump
@@ -99,9 +109,9 @@ contains
 
     rod%cooling = 2.0_rp
     call rod%make_rod(1.0e-4_rp, 0.01_rp, 3.0e-4_rp, 25.0_rp, 3.6e6_rp, 400.0_rp)
-    call rod%absorb(0.1_rp, 30.0_rp)
+    call warm(rod, 0.1_rp, 30.0_rp)
     call rod%face_response(0.05_rp, T_face0, dt_face_dp)
-    call rod%absorb(0.05_rp, 17.0_rp)
+    call warm(rod, 0.05_rp, 17.0_rp)
     call expect_close('face of a rod', rod%face_temperature, T_face0 + 17.0_rp*dt_face_dp)
     call lump%make_lumped(5.0_rp, 400.0_rp)
     call lump%face_response(0.05_rp, T_face0, dt_face_dp)
