@@ -6,6 +6,7 @@ module output_checkpoint
   use base_world, only: world_t
   use io_checkpoint, only: notes_t, write_checkpoint
   use io_plausible, only: counts, min_positive, numbers_t, speed_of_light
+  use simulation_inertia, only: inertia_t
   use simulation_node_pairs, only: n_kept
   use simulation_parts, only: simulation_t
   use simulation_probes, only: share_probes
@@ -148,6 +149,8 @@ contains
       call s%pass(frames, h%frame_times, 'the time of a frame [s]', 0.0_rp, c%time)
       call s%pass(size(h%row_impulse), h%row_impulse, 'a sum at the last row')
       call s%pass(size(h%row_sums), h%row_sums, 'a sum at the last row')
+      call pass_inertia(h%row_inertia, s)
+      call pass_inertia(h%sort_inertia, s)
       call s%pass(size(sim%pairs%kept), sim%pairs%kept, 'a normal between bodies')
     end associate
     call pass_tools(sim, far, numbers)
@@ -158,6 +161,17 @@ contains
       end associate
     end do
   end subroutine pass_numbers
+
+  !> Write or read motion and loads at the last row or sort.
+  subroutine pass_inertia(inertia, numbers)
+    type(inertia_t), intent(inout) :: inertia
+    type(numbers_t), intent(inout) :: numbers
+
+    call numbers%pass(size(inertia%at), inertia%at, 'motion at the last row or sort')
+    call numbers%pass(size(inertia%load), inertia%load, 'a largest load', 0.0_rp)
+    call numbers%pass(size(inertia%largest), inertia%largest, 'a largest inertial load', 0.0_rp)
+    call numbers%pass(size(inertia%impulse), inertia%impulse, 'an impulse at the last row or sort')
+  end subroutine pass_inertia
 
   !> Write or read the states of tools and backings.
   subroutine pass_tools(sim, far, numbers)

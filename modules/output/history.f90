@@ -61,6 +61,9 @@ contains
     call sum_totals(sim, totals)
     call find_microstructure_means(sim, micro)
     sim%step%is_broken = sim%step%is_broken .or. .not. totals%is_sound
+    call sim%history%row_inertia%advance(sim%clock%mass_scaling, [sim%clock%time, &
+      totals%now%momentum, totals%now%kinetic/sim%clock%mass_scaling, totals%work], &
+                                       totals%tool(s_force:s_force + 2, :))
     call add_columns(sim, totals, micro, row)
     sim%history%row_gained = totals%tool - sim%history%row_sums
     sim%history%row_sums = totals%tool
@@ -141,6 +144,8 @@ contains
       call row%add('strain_rate_max', '1/s', now%max_strain_rate)
       call row%add('kinetic_over_internal', '%', t%over_internal)
       call row%add('inertial_stress_over_flow', '%', 100.0_rp*now%inertial_ratio)
+      call row%add('inertial_force', 'N', sim%history%row_inertia%of_inertia(1))
+      call row%add('inertial_power', 'W', sim%history%row_inertia%of_inertia(2))
       call row%add('friction_heat_to_bodies', 'J', t%to_bodies)
       call row%add('wall_heat', 'J', budget(e_wall_heat))
       call row%add('source_heat', 'J', budget(e_source))

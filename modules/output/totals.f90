@@ -28,6 +28,7 @@ module output_totals
     real(rp) :: min_temperature = huge(1.0_rp)   !! [K]
     real(rp) :: max_strain_rate = 0.0_rp     !! [1/s]
     real(rp) :: inertial_ratio = 0.0_rp      !! largest inertial stress over flow stress
+    real(rp) :: momentum(3) = 0.0_rp         !! without mass scaling [kg m/s]
   end type energies_t
 
   !> Totals of all ranks.
@@ -66,6 +67,7 @@ contains
         now%min_temperature = min(now%min_temperature, minval(ps(1:n, f_temp)))
         if (sim%scene%body(sim%particles%body(b))%is_rigid()) cycle
         now%kinetic = now%kinetic + kinetic_energy(ps(:, f_mass), ps(:, f_vel:f_vel + 2))
+        now%momentum = now%momentum + matmul(ps(:, f_mass), ps(:, f_vel:f_vel + 2))
         now%elastic = now%elastic &
           + mat%elastic_energy(n, ps(:, f_mass), ps(:, f_temp), ps(:, f_jac), &
                                ps(:, f_bbar:f_bbar + 5))
@@ -121,18 +123,18 @@ contains
       maxima = [now%max_temperature, now%max_strain_rate, now%inertial_ratio, &
                 merge(0.0_rp, 1.0_rp, is_finite(sim%particles)), -now%min_temperature, &
                 sim%tool%max_face_temperature]
-      all = [sim%budget%sums, now%kinetic, now%elastic, now%heat, &
+      all = [sim%budget%sums, now%kinetic, now%elastic, now%heat, now%momentum, &
              (sim%tool(k)%sums, k=1, size(sim%tool)), &
              reshape(sim%budget%impulse, [size(sim%budget%impulse)]), sim%budget%hooks]
       call sim%world%sum(all)
       call sim%world%max(maxima)
       totals%budget = all(1:n_sums)
       now = energies_t(all(n_sums + 1), all(n_sums + 2), all(n_sums + 3), &
-                       maxima(1), -maxima(5), maxima(2), maxima(3))
+                       maxima(1), -maxima(5), maxima(2), maxima(3), all(n_sums + 4:n_sums + 6))
     end associate
     totals%max_face_temperature = maxima(6:)
-    last = n_sums + 3 + size(totals%tool)
-    totals%tool = reshape(all(n_sums + 4:last), shape(totals%tool))
+    last = n_sums + 6 + size(totals%tool)
+    totals%tool = reshape(all(n_sums + 7:last), shape(totals%tool))
     totals%impulse = reshape(all(last + 1:), shape(totals%impulse))
     totals%hooks = all(last + size(totals%impulse) + 1:)
     call balance_energies(sim, totals)

@@ -114,15 +114,23 @@ contains
     end do
   end subroutine warn_validity
 
-  !> Mass scaling at which the inertial stress would have stayed at its limit so far: the stress is
-  !> proportional to the scaling, since the tool prescribes the velocities.
+  !> Mass scaling at which inertial stress and inertial part of the loads would have stayed at their
+  !> limit so far: for prescribed velocities they are proportional to the scaling, while waves run
+  !> to its root.
   pure real(rp) function allowed_scaling(self, sim)
     type(warnings_t), intent(in) :: self
     type(simulation_t), intent(in) :: sim
 
     allowed_scaling = max(1.0_rp, sim%clock%mass_scaling*sim%scene%method%inertial_fraction &
-                          /max(self%inertial_ratio, epsilon(1.0_rp)))
+                          /max(self%inertial_ratio, part_of_loads(sim), epsilon(1.0_rp)))
   end function allowed_scaling
+
+  !> Largest inertial load of a row over the largest load of the tools.
+  pure real(rp) function part_of_loads(sim) result(part)
+    type(simulation_t), intent(in) :: sim
+
+    part = sim%history%row_inertia%part(sim%history%row_inertia%largest)
+  end function part_of_loads
 
   !> Collective. Largest ratio of the distance of neighbours to that at which they surely share a
   !> node.
@@ -170,17 +178,20 @@ contains
   subroutine log_inertial_stress(self, sim)
     class(warnings_t), intent(in) :: self
     type(simulation_t), intent(in) :: sim
+    character(:), allocatable :: text
 
     if (.not. (sim%scene%method%adapts_mass .or. sim%clock%mass_scaling > 1.0_rp)) return
-    if (self%inertial_ratio <= 0.0_rp) then
+    if (max(self%inertial_ratio, part_of_loads(sim)) <= 0.0_rp) then
       call log_line('no metal with strength was seen to flow: nothing to judge the mass scaling by')
-    else if (sim%scene%method%adapts_mass) then
-      call log_line('inertial stress up to '//str(100.0_rp*self%inertial_ratio)// &
-                    ' % of the flow stress, mass scaling '//str(sim%clock%mass_scaling)// &
-                    ' in the end')
+      return
+    end if
+    text = 'inertial stress up to '//str(100.0_rp*self%inertial_ratio)// &
+           ' % of the flow stress, inertial force or power up to '// &
+           str(100.0_rp*part_of_loads(sim))//' % of the largest of the tools'
+    if (sim%scene%method%adapts_mass) then
+      call log_line(text//', mass scaling '//str(sim%clock%mass_scaling)//' in the end')
     else
-      call log_line('inertial stress up to '//str(100.0_rp*self%inertial_ratio)// &
-                    ' % of the flow stress: MASS_SCALING = '//str(allowed_scaling(self, sim))// &
+      call log_line(text//': MASS_SCALING = '//str(allowed_scaling(self, sim))// &
                     ' would make that '//str(100.0_rp*sim%scene%method%inertial_fraction)//' %')
     end if
   end subroutine log_inertial_stress

@@ -1,15 +1,17 @@
 ! SPDX-License-Identifier: MIT
 !> Adaptive mass scaling: at sorts the factor chi is set such that the inertial stress chi rho v^2
-!> stays a given fraction of the flow stress. Velocities are kept; the change of kinetic energy is
+!> stays a given fraction of the flow stress, and the inertial part of the loads of the tools
+!> (simulation_inertia) a fraction as large. Velocities are kept; the change of kinetic energy is
 !> recorded.
 module run_mass_scaling
   use base_kinds, only: nlane, rp
   use mpm_blocks, only: kinetic_energy
-  use output_totals, only: inertial_stress_ratio
+  use output_totals, only: energies, energies_t, inertial_stress_ratio
   use particles_store, only: f_flow, f_mass, f_vel
   use simulation_parts, only: simulation_t
   use simulation_run, only: e_scaling
   use step_motion, only: find_motion
+  use tools_tool, only: s_force, s_work
   implicit none (type, external)
   private
 
@@ -28,18 +30,20 @@ contains
   !> Collective, at a sort, after the nodes in use have been listed: adapt the mass scaling.
   subroutine adapt_mass(sim)
     type(simulation_t), intent(inout) :: sim
-    real(rp) :: now(1), wanted
+    real(rp) :: now(1), part, wanted
 
-    if (.not. sim%scene%method%adapts_mass .or. sim%clock%step == 0) return
+    if (.not. sim%scene%method%adapts_mass) return
+    part = inertial_part(sim)
+    if (sim%clock%step == 0) return
     call find_motion(sim)
     now(1) = largest_ratio(sim)
     if (allocated(sim%particles%motion)) deallocate (sim%particles%motion)
     call sim%world%max(now)
     associate (m => sim%scene%method, peak => sim%clock%inertial_peak)
       peak = max(now(1), peak_decay*peak)
-      if (peak <= 0.0_rp) return               ! nothing has moved so far
+      if (max(peak, part) <= 0.0_rp) return    ! nothing has moved so far
       wanted = max(m%scaling_range(1), min(m%scaling_range(2), target_fraction &
-                                           *m%inertial_fraction/peak))
+                                           *m%inertial_fraction/max(peak, part)))
       if (wanted >= max_growth*sim%clock%mass_scaling .or. wanted >= m%scaling_range(2)) then
         wanted = min(wanted, max_growth*sim%clock%mass_scaling)
       else if (wanted < sim%clock%mass_scaling) then
@@ -50,6 +54,24 @@ contains
       call set_factor(sim, wanted)
     end associate
   end subroutine adapt_mass
+
+  !> Collective. Inertial part of the loads of the tools since the last sort, without mass scaling.
+  real(rp) function inertial_part(sim) result(part)
+    type(simulation_t), intent(inout) :: sim
+    type(energies_t) :: now
+    real(rp) :: all(5 + 3*size(sim%tool))
+    integer :: k
+
+    now = energies(sim)
+    all = [now%momentum, now%kinetic/sim%clock%mass_scaling, sum(sim%tool%sums(s_work)), &
+           (sim%tool(k)%sums(s_force:s_force + 2), k=1, size(sim%tool))]
+    call sim%world%sum(all)
+    associate (inertia => sim%history%sort_inertia)
+      call inertia%advance(1.0_rp, [sim%clock%time, all(:5)], &
+                           reshape(all(6:), [3, size(sim%tool)]))
+      part = inertia%part(inertia%of_inertia)
+    end associate
+  end function inertial_part
 
   !> Largest rho v^2 over flow stress of this rank's particles, whether they flow or not [-].
   pure real(rp) function largest_ratio(sim) result(ratio)

@@ -59,7 +59,8 @@ contains
       'divisor of the elastic moduli of metal that can flow, for larger time steps; the flow '// &
       'stress stays; springback is so many times too large, stress of thermal expansion too small')
     call t%key('INERTIAL_FRACTION', 'real', 1, '', '0.05', '(0,1]', &
-      'inertial stress of mass scaling, chi rho v^2, over flow stress that is small enough')
+      'inertial stress of mass scaling, chi rho v^2, over flow stress, and inertial part of '// &
+      'the loads of the tools, that are small enough')
     call t%key('GRAVITY', 'real', 3, 'm/s2', '0 0 0', '', 'acceleration of gravity')
     call t%key('MAX_STEPS', 'integer', 1, '', '0', '[0,inf)', &
       'stop after so many steps; 0: no limit')

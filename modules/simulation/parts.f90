@@ -9,6 +9,7 @@ module simulation_parts
   use input_values, only: input_t
   use particles_store, only: particles_t
   use particles_tracers, only: tracers_t
+  use simulation_inertia, only: inertia_t
   use simulation_node_pairs, only: n_kept, node_pairs_t
   use simulation_nodes, only: nodes_t
   use simulation_probes, only: probes_t
@@ -127,6 +128,8 @@ module simulation_parts
     real(rp), allocatable :: row_gained(:, :)  !! increase of the sums of each tool between the last
                                                !! two rows
     real(rp), allocatable :: row_impulse(:, :)   !! impulses of conditions at the last row [N s]
+    type(inertia_t) :: row_inertia           !! from row to row
+    type(inertia_t) :: sort_inertia          !! from sort to sort, for adaptive mass scaling
   end type history_t
 
   !> State of a simulation. Each part belongs to the library of its type; procedures of lower
@@ -175,6 +178,8 @@ contains
               self%budget%impulse(3, n), self%history%row_impulse(3, n), &
               self%history%row_sums(n_tool_sums, size(self%tool)), &
               self%boundary%mirrors%lost(8, size(self%scene%symmetry)), source=0.0_rp)
+    allocate (self%history%row_inertia%impulse(3, size(self%tool)), &
+              self%history%sort_inertia%impulse(3, size(self%tool)), source=0.0_rp)
     allocate (self%pairs%kept(n_kept, 0))
     call self%nodes%allocate_scratch()
   end subroutine prepare_scratch

@@ -32,7 +32,7 @@ class Check:
 
 def checks(run: Run) -> list[Check]:
     """All that can be told of this run."""
-    found = (run.attempt(f"the check {check.__name__}", check, run) for check in (ended, audit, inertia, melting, cells, sleep))
+    found = (run.attempt(f"the check {check.__name__}", check, run) for check in (ended, audit, inertia, loads, melting, cells, sleep))
     return [check for check in found if check is not None]
 
 
@@ -95,6 +95,26 @@ def inertia(run: Run) -> Check | None:
     return Check("inertial stress", f"{largest:.3g} % of the flow stress", level_of(largest, limit, 4.0 * limit), sections,
                  f"Mass scaling: the inertial stress reached {largest:.3g} % of the flow stress, {limit:.3g} % are small enough. "
                  "Forces and flow may be too large there; a smaller MASS_SCALING tells.")
+
+
+def largest_load(run: Run, parts: tuple[str, ...]) -> float:
+    """Of all tools together, over the rows."""
+    names = [column.name.removesuffix("_torque") for column in run.history.columns if column.name.endswith("_torque")]
+    return float(np.nanmax(sum((np.sqrt(sum(run.history[f"{name}_{part}"] ** 2 for part in parts)) for name in names), np.zeros(1))))
+
+
+def loads(run: Run) -> Check | None:
+    """The largest inertial force over that of the tools, or power over theirs, of any row: so far their loads may be wrong."""
+    force, power = largest_of(run, "inertial_force"), largest_of(run, "inertial_power")
+    scaled = run.scene.get("TIME.MASS_SCALING")
+    if force is None or power is None or (scaled or 1.0) <= 1.0:
+        return None
+    of_tools = largest_load(run, ("force_x", "force_y", "force_z")), largest_load(run, ("power",))
+    part = max((100.0 * mine / all for mine, all in zip((force, power), of_tools) if all > 0.0), default=0.0)
+    limit = 100.0 * (run.scene.get("TIME.INERTIAL_FRACTION") or 0.01 * INERTIA)
+    return Check("inertia in the loads", f"{part:.2g} %", level_of(part, limit, 4.0 * limit), ("Over time", "All figures"), "" if part <= limit else
+                 f"Mass scaling: {part:.3g} % of the largest force or power of the tools accelerate metal; where a load rises it may be wrong "
+                 f"by so much, {limit:.3g} % are small enough. A smaller MASS_SCALING or a MASS_SCALING_RANGE tells.")
 
 
 def melting(run: Run) -> Check | None:

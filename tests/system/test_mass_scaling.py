@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Mass scaling that follows the inertial stress: cheaper, close to a constant one, books closed."""
 
+import re
+
 import driver
 import numpy as np
 import pytest
@@ -19,13 +21,13 @@ def place(tmp_path, name):
 
 
 def test_changes_little_and_saves_steps(run, tmp_path):
-    """The project's own measure: torque and force along z and the heat of friction within 2 %, and the hottest particle within 9 K (7.5 K of
+    """The factor, small while the load rises, grows to ten times the constant one. The project's own measure: torque and force along z and the heat of friction within 2 %, and the hottest particle within 9 K (7.5 K of
     246 measured; heat goes to the metal that carries the load just then) of mass scaling 1e5 throughout, with at most 0.7 times the steps; energy balanced to 0.05 % as with a constant
-    factor; the inertial stress stays near the stated part of the flow stress, 2 %, which is looked at between
-    sorts only."""
+    factor; inertial stress and loads stay near the stated part, 2 %, which is looked at between sorts only: waves are that much
+    larger in single rows."""
     histories = {}
     for name, sets in (("constant", {**SLOWER, "TIME.MASS_SCALING": "1e5"}), ("adapts", ADAPTS)):
-        results = run("stir", "--quiet", sets=sets, directory=place(tmp_path, name)).results("stir")
+        results = run("stir", "--quiet", sets=sets | {"TIME.END": "0.3"}, directory=place(tmp_path, name)).results("stir")
         histories[name] = results.history()
     one, two = histories["constant"], histories["adapts"]
     late = one["time[s]"] > 0.05
@@ -39,7 +41,10 @@ def test_changes_little_and_saves_steps(run, tmp_path):
     assert two["friction_heat[J]"][-1] == pytest.approx(one["friction_heat[J]"][-1], rel=0.02)
     assert np.abs(two["audit_error[%]"]).max() < 0.05
     assert two["mass_scaling"].max() > 3e5 and two["mass_scaling"].min() >= 1e4
-    assert 0.2 < two["inertial_stress_over_flow[%]"].max() < 2.2
+    force = np.linalg.norm([two[f"tool_force_{axis}[N]"] for axis in "xyz"], axis=0).max()
+    part = two["inertial_force[N]"].max() / force
+    print("inertial", part, two["inertial_stress_over_flow[%]"].max())
+    assert 0.005 < part < 0.1 and two["inertial_stress_over_flow[%]"].max() < 2.2
 
 
 def test_inertia_of_light_nodes_changes_little(run, tmp_path):
@@ -93,14 +98,17 @@ def test_change_of_kinetic_energy_is_booked(run, tmp_path):
 
 
 def test_falls_when_it_is_too_large(run, tmp_path):
-    """A factor of 6e6 at the start makes too large an inertial stress once the tool turns in the material: it
-    falls until that is small enough."""
+    """A factor of 6e6 at the start would make all of the load inertia when the tool touches, and then, as it turns in the material,
+    too large an inertial stress: it falls until both are small enough."""
     sets = {**ADAPTS, "TIME.MASS_SCALING": "6e6", "TIME.INERTIAL_FRACTION": "0.005", "TIME.END": "0.1"}
     history = run("stir", "--quiet", sets=sets, directory=tmp_path).results("stir").history()
     late = history["time[s]"] > 0.08
     print(history["mass_scaling"], history["inertial_stress_over_flow[%]"])
-    assert history["inertial_stress_over_flow[%]"].max() > 1.0
-    assert history["mass_scaling"][late].max() < 2e6
+    assert history["mass_scaling"][0] == 6e6 and history["mass_scaling"][late].max() < 2e6
+    force = np.linalg.norm([history[f"tool_force_{axis}[N]"] for axis in "xyz"], axis=0)
+    part = history["inertial_force[N]"][1:] / np.maximum.accumulate(force[1:] + 1e-9)
+    print(part)
+    assert np.nanmax(part) > 0.5 and np.median(part[late[1:]]) < 0.01
     assert np.median(history["inertial_stress_over_flow[%]"][late]) < 0.5
 
 
@@ -128,7 +136,7 @@ def test_ranks_and_restart(run, tmp_path, ranks):
     alone = run("stir", "--quiet", sets=sets, directory=place(tmp_path, "alone")).results("stir").checkpoint()
     results = run("stir", "--quiet", sets=sets, directory=place(tmp_path, "whole"), ranks=ranks).results("stir")
     whole = results.checkpoint()
-    assert results.history()["mass_scaling"][-1] > 2e5
+    assert results.history()["mass_scaling"].min() < 5e4 < results.history()["mass_scaling"][0]
     apart = driver.distance(alone, whole, STATE)
     print(apart)
     assert max(apart.values()) < 1e-9, apart
@@ -140,6 +148,40 @@ def test_ranks_and_restart(run, tmp_path, ranks):
     assert more.step == whole.step
     for name in STATE:
         assert np.array_equal(getattr(whole, name), getattr(more, name)), name
+
+
+LOADED = {"punch": ("rising", "p", {}, (10, 100, 400)), "upset": ("squeezed", "press", {}, (10, 100)),
+          "rod": ("rod", "tool", {"METHOD.SLEEPING": "off", "MOTION.RAMP": 0, "TIME.END": 4.4e-4}, (10, 1000))}
+
+
+@pytest.mark.parametrize("case", LOADED)
+def test_inertial_loads_bound_the_error(run, tmp_path, case):
+    """The error of the force of a row, over the largest force, is at most the largest inertial force or power over the largest of
+    the tool, and that at most five times the error: a punch whose force rises, upsetting, the impact of an elastic rod (chi rho v2
+    over flow stress is 5 to 200 times too small). The log proposes by it."""
+    name, tool, sets, factors = LOADED[case]
+    forces = {}
+    for factor in (1, *factors):
+        done = run(name, sets=sets | {"TIME.MASS_SCALING": factor}, directory=place(tmp_path, str(factor)))
+        history = done.results(name).history()
+        edges = np.linspace(0.0, history["time[s]"][-1], 61)
+
+        def means(column):
+            t, values = history["time[s]"], history[column]
+            sums = np.concatenate([[0.0], np.cumsum(values[1:] * np.diff(t))])
+            return np.diff(np.interp(edges, t, sums)) / np.diff(edges)
+
+        forces[factor] = np.array([means(f"{tool}_force_{axis}[N]") for axis in "xyz"])
+        if factor == 1:
+            continue
+        largest = np.linalg.norm(forces[factor], axis=0).max()
+        error = np.linalg.norm(forces[factor] - forces[1], axis=0).max() / largest
+        part = max(means("inertial_force[N]").max() / largest,
+                   means("inertial_power[W]").max() / np.abs(means(f"{tool}_power[W]")).max())
+        print(case, factor, error, part, done.out[-400:])
+        assert error < part < 5.0 * error, (factor, error, part)
+        said = float(re.search(r"inertial force or power up to (\S+) %", done.out).group(1))
+        assert said > 90.0 * part, "rows are shorter than the means"
 
 
 @pytest.mark.parametrize("sets, message", [
