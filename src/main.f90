@@ -6,7 +6,7 @@ program stirpoint
   use base_files, only: write_whole
   use base_kinds, only: i8, rp
   use base_log, only: close_log, log_is_lost, log_line, open_log, write_log
-  use base_system, only: leave_signals, stop_signal, watch_signals
+  use base_system, only: leave_signals, note_step, stop_signal, watch_signals
   use base_text, only: str
   use base_version, only: version_text
   use base_world, only: agree, end_world, mpi_text, start_world, world_t
@@ -120,6 +120,7 @@ contains
     if (command%action == 'check') then
       call report_scene(world, input, sim, counts, volumes, command%topic == '')
     else if (.not. is_stopped(status)) then
+      call note_step(sim%clock%step)
       call open_results(input, sim%scene%output, sim%history%frame_times, status)
       if (world%is_root() .and. .not. command%is_quiet) call log_heat_shares(sim%scene, sim%tool)
       if (status == ended_well) call run(sim, command%restart /= '', status, message)
@@ -145,6 +146,7 @@ contains
     else if (command%action == 'check') then
       call report_heat_scene(world, sim%scene, heat, command%topic == '')
     else if (.not. is_stopped(status)) then
+      call note_step(0_i8)
       call open_results(input, sim%scene%output, heat%frame_times, status)
       if (status == ended_well) call run_heat(sim%scene, sim%probes, heat, command%restart /= '', &
                                               status, message)

@@ -22,6 +22,20 @@ enum { n_stops = sizeof stops / sizeof *stops };
 static volatile sig_atomic_t stop_flag = 0;
 static volatile double heard[NSIG]; /* when each came first [s] */
 
+/* No file has been written: the run is being set up. Where nobody asks for the signal within a second (an input without end, a
+ * lengthy check), the run ends here. */
+static volatile sig_atomic_t has_begun = 0;
+
+static void leave_early(int number)
+{
+    char text[] = "stirpoint: signal    stopped the run before it began: nothing was written\n";
+    (void)number;
+    text[18] = (char)('0' + stop_flag / 10);
+    text[19] = (char)('0' + stop_flag % 10);
+    if (has_begun || write(2, text, sizeof text - 1) < 0) return;
+    _exit(75);
+}
+
 /* The first signal asks for a stop in good order. The same once more, half a second later or more, is a
  * person who does not want to wait; earlier it is a batch system that sends it to every process twice. */
 static void note_stop(int number)
@@ -30,6 +44,7 @@ static void note_stop(int number)
     clock_gettime(CLOCK_MONOTONIC, &t);
     double now = (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
     if (stop_flag == 0) stop_flag = number;
+    if (!has_begun) alarm(1);
     if (heard[number] == 0) heard[number] = now;
     if (now - heard[number] < 0.5) return;
     signal(number, SIG_DFL);
@@ -47,6 +62,7 @@ void stirpoint_watch_signals(void)
     action.sa_flags = SA_RESTART;
     for (int k = 0; k < n_stops; k++)
         if (sigaction(stops[k], 0, &old) == 0 && old.sa_handler != SIG_IGN) sigaction(stops[k], &action, 0);
+    signal(SIGALRM, leave_early);
     signal(SIGXFSZ, SIG_IGN);
     signal(SIGPIPE, SIG_IGN);
     for (int fd = 0; fd <= 2; fd++)
@@ -60,6 +76,7 @@ void stirpoint_leave_signals(void)
     for (int k = 0; k < n_stops; k++)
         if (sigaction(stops[k], 0, &old) == 0 && old.sa_handler == note_stop) signal(stops[k], SIG_DFL);
     signal(SIGPIPE, SIG_DFL);
+    signal(SIGALRM, SIG_DFL);
     if (stop_flag != 0) raise(stop_flag);
 }
 
@@ -81,6 +98,7 @@ void stirpoint_note_step(long long step)
 {
     static time_t last = 0;
     struct timespec now;
+    has_begun = 1;
     clock_gettime(CLOCK_MONOTONIC_COARSE, &now);
     if (step < 0) alarm(0);
     if (step < 0 || now.tv_sec == last) return;

@@ -99,7 +99,7 @@ contains
   !> Text of all groups with their defaults, for comparison by a restart.
   function scene_text(input) result(text)
     type(input_t), intent(in) :: input
-    character(:), allocatable :: text, group, key, value
+    character(:), allocatable :: text, group, key, one, value
     integer :: g, i, k, n
 
     text = ''
@@ -109,13 +109,13 @@ contains
       ! Absent groups have their defaults, except &HEAT, which has an effect by its presence.
       if (.not. input%table%groups(g)%repeats .and. group /= 'HEAT') n = 1
       do i = 1, n
-        text = text//'&'//group//nl
+        one = '&'//group//nl            ! not to copy the whole text for each key
         do k = input%table%groups(g)%first, input%table%groups(g)%last
           key = trim(input%table%keys(k)%name)
           value = input%values(group, i, key)
-          if (value /= '') text = text//'  '//key//' = '//value//nl
+          if (value /= '') one = one//'  '//key//' = '//value//nl
         end do
-        text = text//'/'//nl
+        text = text//one//'/'//nl
       end do
     end do
   end function scene_text

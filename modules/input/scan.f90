@@ -65,24 +65,24 @@ contains
   subroutine read_pipe(unit, text, problem)
     integer, intent(in) :: unit
     character(:), allocatable, intent(inout) :: text, problem
-    character(4096) :: part
+    character(:), allocatable :: longer
     integer :: n, status
 
+    text = repeat(' ', 4096)
     n = 0
     do
-      n = n + 1
-      read (unit, iostat=status) part(n:n)
-      if (status /= 0) n = n - 1
-      if (status /= 0 .or. n == len(part)) then
-        text = text//part(:n)
-        n = 0
+      if (n == len(text)) then
+        allocate (character(2*n) :: longer)   ! doubled, not to copy the text for each part of it
+        longer(:n) = text
+        call move_alloc(longer, text)
       end if
+      read (unit, iostat=status) text(n + 1:n + 1)
       if (status /= 0) exit
-      if (len(text) > max_bytes) then
-        problem = 'has more than '//str(max_bytes)//' bytes'
-        exit
-      end if
+      n = n + 1
+      if (n > max_bytes) problem = 'has more than '//str(max_bytes)//' bytes'
+      if (n > max_bytes) exit
     end do
+    text = text(:n)
   end subroutine read_pipe
 
   !> Replace carriage returns that are not followed by a newline, as old editors write them, by

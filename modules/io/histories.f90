@@ -37,6 +37,7 @@ module io_histories
   type :: row_t
     private
     type(row_column_t), allocatable :: column(:)
+    integer :: n = 0                           !! columns in use
   contains
     procedure :: add, headings, values, value
   end type row_t
@@ -282,17 +283,19 @@ contains
     character(*), intent(in) :: name, unit     !! name; unit, '' if none
     real(rp), intent(in) :: value
 
-    if (.not. allocated(self%column)) allocate (self%column(0))
-    self%column = [self%column, row_column_t(name, unit, value)]
+    if (.not. allocated(self%column)) allocate (self%column(64))
+    if (self%n == size(self%column)) self%column = [self%column, self%column]
+    self%n = self%n + 1
+    self%column(self%n) = row_column_t(name, unit, value)
   end subroutine add
 
   !> Names of the columns with their units, as time[s].
   pure function headings(self) result(names)
     class(row_t), intent(in) :: self
-    character(max_name + 10) :: names(size(self%column))
+    character(max_name + 10) :: names(self%n)
     integer :: k
 
-    do k = 1, size(self%column)
+    do k = 1, self%n
       associate (column => self%column(k))
         names(k) = column%name
         if (column%unit /= '') names(k) = trim(column%name)//'['//trim(column%unit)//']'
@@ -303,9 +306,9 @@ contains
   !> Values of all columns, in their order.
   pure function values(self)
     class(row_t), intent(in) :: self
-    real(rp) :: values(size(self%column))
+    real(rp) :: values(self%n)
 
-    values = self%column%value
+    values = self%column(:self%n)%value
   end function values
 
   !> Value of the first column with this name, which must exist.
@@ -314,7 +317,7 @@ contains
     character(*), intent(in) :: name
     integer :: k
 
-    k = findloc(self%column%name, name, dim=1)
+    k = findloc(self%column(:self%n)%name, name, dim=1)
     if (k == 0) call fatal('a row has no column '//name)
     value = self%column(k)%value
   end function value

@@ -327,22 +327,44 @@ contains
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: k
     type(error_t), intent(inout) :: error
-    real(rp), allocatable :: x(:, :)
+    type :: surface_t
+      real(rp), allocatable :: x(:, :)       ! points relative to the tool [m]
+      integer, allocatable :: corner(:, :)   ! points of each facet
+    end type surface_t
+    type(surface_t) :: surface(size(sim%tool))
+    real(rp) :: x(3)
     real(sp), allocatable :: place(:, :), velocity(:, :), azimuth(:)
-    integer, allocatable :: corner(:, :), number(:), part(:, :)
-    integer :: i, p
+    integer, allocatable :: corner(:, :), number(:)
+    integer :: facets, i, n, p, points
 
-    allocate (place(3, 0), velocity(3, 0), azimuth(0), number(0), corner(3, 0))
-    do i = 1, size(sim%tool)
-      if (.not. sim%tool(i)%has_shape()) cycle
-      call sim%tool(i)%shape%surface(x, part)
-      corner = reshape([corner, part + size(number)], [3, size(corner, 2) + size(part, 2)])
-      number = [number, spread(i, 1, size(x, 2))]
-      azimuth = [azimuth, real(atan2(x(2, :), x(1, :)), sp)]
-      x = matmul(sim%tool(i)%axes, x) + spread(sim%tool(i)%position, 2, size(x, 2))
-      place = reshape([place, real(x, sp)], [3, size(number)])
-      velocity = reshape([velocity, [(real(sim%tool(i)%surface_velocity(x(:, p)), sp), p=1, &
-                                      size(x, 2))]], [3, size(number)])
+    points = 0
+    facets = 0
+    do i = 1, size(surface)
+      if (sim%tool(i)%has_shape()) then
+        call sim%tool(i)%shape%surface(surface(i)%x, surface(i)%corner)
+      else
+        allocate (surface(i)%x(3, 0), surface(i)%corner(3, 0))
+      end if
+      points = points + size(surface(i)%x, 2)
+      facets = facets + size(surface(i)%corner, 2)
+    end do
+    allocate (place(3, points), velocity(3, points), azimuth(points), number(points))
+    allocate (corner(3, facets))
+    facets = 0
+    n = 0
+    do i = 1, size(surface)
+      associate (part => surface(i))
+        corner(:, facets + 1:facets + size(part%corner, 2)) = part%corner + n
+        facets = facets + size(part%corner, 2)
+        do p = 1, size(part%x, 2)
+          n = n + 1
+          x = matmul(sim%tool(i)%axes, part%x(:, p)) + sim%tool(i)%position
+          number(n) = i
+          azimuth(n) = real(atan2(part%x(2, p), part%x(1, p)), sp)
+          place(:, n) = real(x, sp)
+          velocity(:, n) = real(sim%tool(i)%surface_velocity(x), sp)
+        end do
+      end associate
     end do
     if (size(corner) == 0) return
     call write_tool_frame(sim%world, sim%scene%output%directory//'/'// &

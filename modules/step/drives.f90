@@ -10,6 +10,7 @@ module step_drives
   use particles_store, only: f_pos, f_temp
   use simulation_parts, only: simulation_t
   use simulation_run, only: clock_t
+  use tools_monitor, only: halt
   use tools_tool, only: s_force, s_torque, tool_t
   implicit none (type, external)
   private
@@ -191,7 +192,7 @@ contains
 
     tool%monitor%halt_time = t
     tool%monitor%spin = merge(tool%spin, 0.0_rp, tool%monitor%at_limit == 2)
-    call tool%motion%halt(t, tool%monitor%spin)
+    call halt(tool%motion, t, tool%monitor%spin)
     clock%is_stopped = tool%monitor%at_limit == 1
     if (world%is_root()) call log_line('warning: t = '//str(t)//" s: tool '"//trim(tool%name)// &
                                        "' is beyond its limit, "//load_text(tool)//': '// &

@@ -2,11 +2,11 @@
 !> Load of a tool, which may end phases early or stop the tool.
 module tools_monitor
   use base_kinds, only: rp
-  use tools_motion, only: motion_t
+  use tools_motion, only: motion_t, phase_t
   implicit none (type, external)
   private
 
-  public :: monitor_t
+  public :: halt, monitor_t
 
   integer, parameter, public :: n_monitor = 8     !! number of reals of the state without the phase
                                                   !! durations
@@ -85,7 +85,22 @@ contains
     last = min(self%phase, size(motion%phase), size(state) - n_monitor)
     if (.not. self%ended_early) last = min(last, self%phase - 1)
     motion%phase(:last)%duration = state(n_monitor + 1:n_monitor + last)
-    if (self%halt_time >= 0.0_rp) call motion%halt(self%halt_time, self%spin)
+    if (self%halt_time >= 0.0_rp) call halt(motion, self%halt_time, self%spin)
   end subroutine set_monitor
+
+  !> Stop the tool at time `t` for the rest of the run, with the remaining `spin`.
+  pure subroutine halt(motion, t, spin)
+    type(motion_t), intent(inout) :: motion
+    real(rp), intent(in) :: t, spin             !! time [s], spin [rad/s]
+    type(phase_t), allocatable :: phase(:)
+    integer :: i
+
+    i = min(motion%phase_at(t), size(motion%phase))
+    call motion%end_phase(i, t)
+    allocate (phase(i + 1))                     ! no constructor, as gfortran 12 frees paths twice
+    phase(:i) = motion%phase(:i)
+    phase(i + 1)%spin = spin
+    call move_alloc(phase, motion%phase)
+  end subroutine halt
 
 end module tools_monitor

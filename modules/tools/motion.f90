@@ -27,7 +27,7 @@ module tools_motion
                                              !! +y, continuous by whole turns [rad]
     integer, allocatable :: line(:)          !! line of each point in its file
   contains
-    procedure :: along, place_at
+    procedure :: along, place_at, points_until
   end type path_t
 
   type :: phase_t
@@ -55,7 +55,7 @@ module tools_motion
   type :: motion_t
     type(phase_t), allocatable :: phase(:)
   contains
-    procedure :: at, face, phase_at, force_control_at, end_phase, halt
+    procedure :: at, face, phase_at, force_control_at, end_phase
   end type motion_t
 
   type :: drive_t
@@ -167,14 +167,14 @@ contains
     real(rp) :: from(3), heading, next, to(3), u
     integer :: k
 
-    k = max(1, count(self%time <= s))
+    k = max(1, self%points_until(s))
     way = [self%place_at(s), self%heading(k)]
     k = min(k, size(self%time) - 1)
     rate(1:3) = (self%place(:, k + 1) - self%place(:, k))/(self%time(k + 1) - self%time(k))
     rate(4) = 0.0_rp
     if (ramp <= 0.0_rp) return
     u = s - ramp
-    k = count(self%time <= u)
+    k = self%points_until(u)
     from = self%place_at(u)
     heading = self%heading(1) + wrapped(before - self%heading(1))
     if (k > 0) heading = self%heading(k)
@@ -199,11 +199,26 @@ contains
     real(rp) :: x(3)
     integer :: k
 
-    k = count(self%time <= s)
+    k = self%points_until(s)
     x = self%place(:, max(1, k))
     if (k == 0 .or. k == size(self%time)) return
     x = x + (s - self%time(k))/(self%time(k + 1) - self%time(k))*(self%place(:, k + 1) - x)
   end function place_at
+
+  !> Number of points that the path has reached after `s` seconds, by bisection.
+  pure integer function points_until(self, s) result(low)
+    class(path_t), intent(in) :: self
+    real(rp), intent(in) :: s                       !! time since the start of the phase [s]
+    integer :: high, middle
+
+    low = 0
+    high = size(self%time) + 1
+    do while (high - low > 1)
+      middle = (low + high)/2
+      if (self%time(middle) <= s) low = middle
+      if (self%time(middle) > s) high = middle
+    end do
+  end function points_until
 
   !> True if a condition other than time may end the phase.
   elemental logical function ends_early(self)
@@ -220,21 +235,6 @@ contains
 
     self%phase(i)%duration = t - sum(self%phase(:i - 1)%duration)
   end subroutine end_phase
-
-  !> Stop the tool at time `t` for the rest of the run, with the remaining `spin`.
-  pure subroutine halt(self, t, spin)
-    class(motion_t), intent(inout) :: self
-    real(rp), intent(in) :: t, spin             !! time [s], spin [rad/s]
-    type(phase_t), allocatable :: phase(:)
-    integer :: i
-
-    i = min(self%phase_at(t), size(self%phase))
-    call self%end_phase(i, t)
-    allocate (phase(i + 1))                     ! no constructor, as gfortran 12 frees paths twice
-    phase(:i) = self%phase(:i)
-    phase(i + 1)%spin = spin
-    call move_alloc(phase, self%phase)
-  end subroutine halt
 
   !> Index of the phase at time `t`; after the end of all phases, their number plus 1.
   pure integer function phase_at(self, t)
