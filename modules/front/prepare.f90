@@ -68,7 +68,7 @@ contains
       call world%barrier()
       return
     end if
-    if (world%is_root() .and. command%restart == '') then
+    if (world%is_root() .and. command%restart == '' .and. command%action /= 'where') then
       call log_sources(input)
       call input%diagnostics%print(warnings=.true.)
     end if

@@ -88,7 +88,8 @@ contains
         r = 'at most '//str(max_name)//' characters, none of '//forbidden_in_names// &
             ', not first one of '//forbidden_first
       case ('file name')
-        r = 'at most '//str(max_file_name)//' letters, digits, - _ and ., not first a . or -'
+        r = 'at most '//str(max_file_name)//' letters, digits, - _ and ., not first a . or -, '// &
+            'not _tools last'
       case default
         r = 'only the characters '//trim(row%allowed)
       end select
@@ -167,6 +168,7 @@ contains
         if (row%unit /= '') r = r//' ['//trim(row%unit)//']'
       else if (row%kind == 'real') then
         r = check_size(row, x)
+        if (r == '') r = check_kelvin(row, x)
       end if
     end if
   end function check_item
@@ -209,8 +211,15 @@ contains
 
     is_file_name = len(text) > 0 .and. len(text) <= max_file_name
     if (is_file_name) is_file_name = verify(text, letters//'0123456789._-') == 0 &
-        .and. scan(text(1:1), '.-') == 0
+        .and. scan(text(1:1), '.-') == 0 .and. .not. is_of_tools(text)
   end function is_file_name
+
+  !> True if a run of this name would write the frames of the tools of another run.
+  pure logical function is_of_tools(name)
+    character(*), intent(in) :: name
+
+    is_of_tools = index(name//'|', '_tools|') > 0
+  end function is_of_tools
 
   !> True if the stem of an input file is a valid name of results, in files and columns of tables.
   pure logical function can_name_results(stem)
@@ -218,8 +227,25 @@ contains
 
     can_name_results = len(stem) > 0 .and. len(stem) <= max_file_name &
       .and. .not. has_controls(stem) &
-                       .and. scan(stem, forbidden_in_names) == 0 .and. index(stem, '.') /= 1
+                       .and. scan(stem, forbidden_in_names) == 0 .and. index(stem, '.') /= 1 &
+                       .and. .not. is_of_tools(stem)
   end function can_name_results
+
+  !> Error of a temperature that would be a common one in degrees Celsius: nothing is stirred below
+  !> the boiling point of nitrogen, 77.4 K. Below 1 K it stands for 0 in scenes that are linear in
+  !> the temperature.
+  pure function check_kelvin(row, x) result(r)
+    type(key_row_t), intent(in) :: row
+    real(rp), intent(in) :: x
+    character(:), allocatable :: r
+    real(rp), parameter :: coldest = 77.0_rp, zero = 1.0_rp
+
+    r = ''
+    if (row%unit == 'K' .and. index(row%allowed, '(0') == 1 .and. x >= zero .and. x < coldest) then
+      r = 'is colder than boiling nitrogen, '//str(coldest)//' K: temperatures are in kelvin, '// &
+          str(x)//' C is '//str(x + 273.15_rp)//' K'
+    end if
+  end function check_kelvin
 
   !> Error of a number beyond any real scene, for keys without limits; empty if it is valid.
   pure function check_size(row, x) result(r)

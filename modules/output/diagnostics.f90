@@ -26,6 +26,7 @@ contains
       if (local_message /= '' .and. why /= '') local_message = local_message//': '//why
     end if
     call sim%world%share_message(local_message, message)
+    if (message == '') message = 'no time step above 0 can be taken'
     message = message//' (step '//str(sim%clock%step)//', t = '//str(sim%clock%time)//' s)'
   end subroutine describe_failure
 

@@ -30,6 +30,9 @@ module particles_store
   integer, parameter, public :: n_fields = 25          !! fields without internal variables of a
                                                        !! flow law
 
+  real(rp), parameter, public :: max_volume_ratio = 1.0e6_rp  !! bound of volume ratios, squared
+                                                              !! elastic stretches and their inverse
+
   !> Positions of the fields that only some methods and scenes need; 0: absent.
   type :: layout_t
     integer :: n = n_fields     !! number of fields of a particle

@@ -3,11 +3,12 @@
 !> elastic state of bodies from &BODY DEFORMATION.
 module setup_filling
   use base_kinds, only: i8, nlane, rp
+  use base_text, only: str
   use base_world, only: world_t
   use grid_geometry, only: grid_t
   use input_values, only: input_t
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_tau, f_temp, f_vel, make_tag, &
-                             particles_t
+                             max_volume_ratio, particles_t
   use physics_stress, only: compute_elastic_stress
   use setup_lattice, only: lattice_of, lattice_t
   use setup_solids, only: is_inside, read_body_solids, solid_t
@@ -25,11 +26,17 @@ contains
   subroutine check_stretch(input, i)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
-    real(rp) :: jac
+    real(rp) :: f(3, 3), jac, measures(4)
 
-    jac = determinant(deformation(input, i))
-    if (.not. (jac > 0.0_rp .and. jac <= huge(1.0_rp))) then
+    f = deformation(input, i)
+    jac = determinant(f)
+    measures = [jac, sum(f**2, 2)*max(jac, 1.0_rp/max_volume_ratio)**(-2.0_rp/3.0_rp)]
+    if (.not. jac > 0.0_rp) then
       call input%report('BODY', i, 'DEFORMATION', 'must have a determinant above 0')
+    else if (.not. all(measures >= 1.0_rp/max_volume_ratio .and. measures <= max_volume_ratio)) then
+      call input%report('BODY', i, 'DEFORMATION', 'is beyond all measure: its determinant, and '// &
+                        'the squares of stretches at this volume, must be from '// &
+                        str(1.0_rp/max_volume_ratio)//' to '//str(max_volume_ratio))
     end if
   end subroutine check_stretch
 

@@ -114,7 +114,7 @@ contains
     call t%key('SLEEP_STRESS', 'real', 1, '', '1e-2 if SLEEPING = auto or on', '(0,1)', &
       'change of stress over the largest mean stress of a cube of two cells above which '// &
       'material is awake')
-    call t%key('SLEEP_HEAT', 'real', 1, 'K', '20 if SLEEPING = auto or on', '(0,inf)', &
+    call t%key('SLEEP_HEAT', 'real', 1, 'K', '20 if SLEEPING = auto or on', '[1e-6,inf)', &
       'change of temperature by which sleeping material wakes')
 
     call t%may_change('METHOD', &

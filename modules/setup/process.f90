@@ -5,7 +5,7 @@ module setup_process
   use base_kinds, only: rp
   use input_values, only: input_t
   use setup_boundary, only: wall_of, wall_t
-  use setup_solids, only: body_at, extent_of, is_inside, solid_t, solids_t
+  use setup_solids, only: body_at, extent_of, is_inside, round_points, solid_t, solids_t
   use simulation_scene, only: scene_t
   use tools_tool, only: tool_t
   implicit none (type, external)
@@ -131,6 +131,7 @@ contains
     real(rp), allocatable :: x(:, :)
     integer, parameter :: n = 12
     real(rp) :: candidate(3, (n + 1)**3), lower(3), upper(3)
+    real(rp), allocatable :: round(:, :)
     logical :: is_in((n + 1)**3)
     integer :: i, j, k, p
 
@@ -145,7 +146,8 @@ contains
         end do
       end do
     end do
-    x = reshape(pack(candidate, spread(is_in, 1, 3)), [3, count(is_in)])
+    allocate (round, source=round_points(solid))
+    x = reshape([pack(candidate, spread(is_in, 1, 3)), round], [3, count(is_in) + size(round, 2)])
   end function sample_points
 
   !> Points on the surface of a tool, or in a rigid body, in its own axes, (3, n) [m]; none for a

@@ -2,7 +2,7 @@
 !> Solids of which bodies consist: boxes, cylinders, spheres and trapezoidal prisms, added or
 !> subtracted.
 module setup_solids
-  use base_kinds, only: rp
+  use base_kinds, only: pi, rp
   use input_key_table, only: find
   use input_values, only: input_t
   implicit none (type, external)
@@ -10,7 +10,7 @@ module setup_solids
 
   public :: solid_t, solids_t
   public :: read_all_solids, body_at, read_body_solids, bounds, extent_of, holds, is_in_body, &
-            is_inside, read_solid, reference, shapes_of
+            is_inside, read_solid, reference, round_points, shapes_of
 
   integer, parameter, public :: solid_box = 1, solid_cylinder = 2, solid_sphere = 3, &
                                 solid_trapezoid = 4
@@ -221,6 +221,44 @@ contains
       upper = max(upper, high)
     end do
   end subroutine extent_of
+
+  !> Points of a body on both sides of its round surfaces, also of holes, (3, n) [m].
+  pure function round_points(solids) result(x)
+    type(solid_t), intent(in) :: solids(:)
+    real(rp), allocatable :: x(:, :)
+    integer, parameter :: n = 12, n_angles = 48
+    real(rp), parameter :: near = 1.0e-6_rp          ! distance from the surface over the radius
+    real(rp) :: candidate(3, 2*n_angles*(n + 1)*size(solids)), high(3), low(3), lower(3), r, &
+                upper(3), z
+    logical :: is_in(size(candidate, 2))
+    integer :: axis, i, j, k, p, side
+
+    call extent_of(solids, lower, upper)
+    p = 0
+    do i = 1, size(solids)
+      if (solids(i)%kind == solid_box .or. solids(i)%kind == solid_trapezoid) cycle
+      axis = merge(solids(i)%axis, 3, solids(i)%kind == solid_cylinder)
+      call bounds(solids(i), low, high)
+      low = max(low, lower)
+      high = min(high, upper)
+      do k = 0, n
+        z = low(axis) + (high(axis) - low(axis))*(near + (1.0_rp - 2.0_rp*near)*k/n)
+        r = solids(i)%radius
+        if (solids(i)%kind /= solid_cylinder) r = sqrt(max(0.0_rp, r**2 &
+                                                           - (z - solids(i)%centre(axis))**2))
+        do j = 1, n_angles
+          do side = -1, 1, 2
+            p = p + 1
+            candidate(:, p) = solids(i)%centre + (1.0_rp + side*near)*r*cshift( &
+                              [cos(2.0_rp*pi*j/n_angles), sin(2.0_rp*pi*j/n_angles), 0.0_rp], -axis)
+            candidate(axis, p) = z
+            is_in(p) = is_inside(solids, candidate(:, p))
+          end do
+        end do
+      end do
+    end do
+    x = reshape(pack(candidate(:, :p), spread(is_in(:p), 1, 3)), [3, count(is_in(:p))])
+  end function round_points
 
   !> Anchor of lattices: a corner of a solid, or the centre of a round one [m].
   pure function reference(solid) result(x)

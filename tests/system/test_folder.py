@@ -220,11 +220,23 @@ def test_slurm_script_starts_and_signals(tmp_path, launcher):
     assert "ended with exit status 75 (signalled: yes)" in out and "scontrol: requeue 77" in out
 
 
+def test_frames_of_the_tools_of_another_run(run, tmp_path):
+    """Exact: stir writes stir_tools_000000.hdf, which a run stir_tools would write too: it may not have this name, from NAME or its file."""
+    done = run("stir", sets={"RUN.NAME": "stir_tools"}, expect=driver.BAD_INPUT)
+    assert "&RUN NAME = 'stir_tools': must be" in done.err and "not _tools last" in done.err
+    (tmp_path / "stir_tools.nml").write_text((driver.INPUTS / "stir.nml").read_text(encoding="utf-8"), encoding="utf-8")
+    done = run("stir_tools.nml", expect=driver.BAD_INPUT)
+    assert "stir_tools.nml: error: the name of this file cannot be that of the results: give &RUN NAME" in done.err
+
+
 def test_where_results_are(run, tmp_path):
     """--where says what the names of all results begin with, as the job scripts ask: &RUN NAME and --output count."""
     for options, wanted in (((), "stir.out/stir"), (("--set", "RUN.NAME=mine"), "mine.out/mine"),
                             (("--set", "RUN.NAME=mine", "--output", "there"), "there/mine")):
-        assert run("stir", "--where", *options).out.splitlines()[-1] == wanted
+        assert run("stir", "--where", *options).out == wanted + "\n"
+    weld = driver.ROOT / "share/stirpoint/new/pin.nml"   # with a material of the library
+    done = run(weld, "--where", "--set", "TIME.MASS_SCALING=1e9")
+    assert (done.out, done.err) == ("pin.out/pin\n", "")
     assert not list(tmp_path.iterdir())
 
 

@@ -116,3 +116,13 @@ def test_volumes(outcome, run):
     filled, asked = map(float, re.search(r"ring: (\S+) mm3 for (\S+) mm3 asked", ring).groups())
     assert asked == pytest.approx(math.pi * (13**2 - 3**2) * 2, rel=1e-3) and filled == pytest.approx(asked, rel=1e-3)
     assert "warning" not in ring
+
+
+def test_a_pin_in_its_hole_touches(run):
+    """Exact: a pin fills the hole of a ring that a rigid ring surrounds: all touch from the start. Not so with a gap of 0.1 cells."""
+    scene = driver.ROOT / "tests" / "verification" / "inputs" / "couette.nml"
+    done = run(scene, "--check=scene")
+    assert "never touches" not in done.out + done.err
+    done = run(scene, "--check=scene", sets={"TOOL.PIN_RADIUS": 2.91e-3, "SHAPE(4).RADIUS": 12.1e-3})
+    apart = done.out + done.err
+    assert "the tool never touches a body" in apart and "the rigid body never touches another" in apart

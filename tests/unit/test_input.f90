@@ -240,7 +240,7 @@ contains
     call bad_value('COLOUR = 3', 'has no key COLOUR; known are NAME MATERIAL '// &
                    'PARTICLES_PER_CELL LATTICE TEMPERATURE VELOCITY ANGULAR_VELOCITY '// &
                    'VELOCITY_GRADIENT CENTRE DEFORMATION RIGID')
-    call bad_value('TEMPERATURE = 3'//nl//'TEMPERATURE = 4', &
+    call bad_value('TEMPERATURE = 300'//nl//'TEMPERATURE = 400', &
                    'TEMPERATURE is given twice (first on line 2)', line=3)
     call bad_value('VELOCITY = 1,2,3'//nl//'VELOCITY(2) = 4', &
                    'VELOCITY is given twice (first on line 2)', line=3)
@@ -249,6 +249,32 @@ contains
     call bad(grid//material//body//shape, 't.nml: error: there is no &TIME (required)')
     call bad(grid//time//material//shape, 't.nml: error: there is no &BODY (required)')
   end subroutine test_bad_names
+
+  !> What would be common in degrees Celsius is refused by all keys of a temperature, and by no key
+  !> of a difference or of another unit in kelvin.
+  subroutine test_celsius()
+    type(key_table_t) :: table
+    character(:), allocatable :: times
+    integer :: k, n
+
+    table = key_table()
+    n = 0
+    do k = 1, size(table%keys)
+      associate (row => table%keys(k))
+        if (row%unit /= 'K') cycle
+        times = str(max(1, row%n))//'*'
+        if (all(row%name /= [character(24) :: 'SLEEP_HEAT', 'TOLERANCE', 'TP_CALIBRATED'])) then
+          n = n + 1
+          call expect(trim(row%name)//' = 25', index(check_value(row, 0, times//'25'), &
+                      '77 K: temperatures are in kelvin, 25 C is 298.15 K') > 0)
+          call expect(trim(row%name)//' = 298', check_value(row, 0, times//'298') == '')
+        else
+          call expect(trim(row%name)//' = 25', check_value(row, 0, times//'25') == '')
+        end if
+      end associate
+    end do
+    call expect('keys of temperatures', n > 12)
+  end subroutine test_celsius
 
   !> Values that do not fit the table.
   subroutine test_bad_values()
@@ -263,6 +289,7 @@ contains
     call bad_value('TEMPERATURE = 8,96', 'TEMPERATURE = 8,96: expected a real number [K], '// &
                    'found 2 values (a decimal comma is not possible)')
     call bad_value('TEMPERATURE = 0', 'TEMPERATURE = 0: must be > 0 [K]')
+    call test_celsius()
     call bad_value('VELOCITY = 1, x, 3', 'VELOCITY = 1, x, 3: expected 3 real numbers [m/s]')
     call bad_value('VELOCITY = 1, 2', 'VELOCITY = 1, 2: expected 3 real numbers [m/s], found 2')
     call bad_value('VELOCITY = 4*0', 'VELOCITY = 4*0: expected 3 real numbers [m/s], found 4')
@@ -349,8 +376,8 @@ contains
     call expect_equal('text without quotes', input%text('PROBE', 1, 'NAME'), 'its a.b=c')
     call parse(base, input, ['SHAPE.KIND=box'])
     call parse("&BODY NAME='a(b).c' MATERIAL='cu' TEMPERATURE='bad' /"//base, input, &
-               ['BODY.TEMPERATURE=5'])
-    call expect_close('a bad value is replaced', input%real('BODY', 1, 'TEMPERATURE'), 5.0_rp)
+               ['BODY.TEMPERATURE=500'])
+    call expect_close('a bad value is replaced', input%real('BODY', 1, 'TEMPERATURE'), 500.0_rp)
   end subroutine test_overrides
 
   !> Overrides that cannot be followed.

@@ -157,7 +157,7 @@ contains
              "&BODY NAME='b' MATERIAL='1' /"//nl//"&SHAPE BODY='b' LOWER=3*0 UPPER=3*1 /"//nl
       do i = 1, 3
         text = text//"&MATERIAL NAME='"//str(i)//"' DENSITY=1 YOUNGS_MODULUS=1 POISSON_RATIO=0 "// &
-               'SPECIFIC_HEAT=1 T_MELT=9'
+               'SPECIFIC_HEAT=1 T_MELT=900'
         if (i /= lacks) text = text//' CONDUCTIVITY=1'
         text = text//' /'//nl
       end do
