@@ -25,7 +25,7 @@ measurements determine least, and tell from where to where the keys meet them as
 Written to DIR (default INPUT's stem_calibration): calibration.json (values, standard errors, what is left of each
 curve and target, the direction that is least determined), trials.csv (a row a run), valley.csv (runs along that direction),
 calibration.png, valley.png. A standard error says how well the measurements determine a value within the model, readings that
-follow each other closely taken for one; nothing of whether the model is right.
+follow each other closely taken for one; nothing of whether the model is right. A search that --runs ended has none.
 """
 
 from __future__ import annotations
@@ -141,7 +141,7 @@ def pairs(texts: list[str], option: str) -> dict[str, str]:
 
 def report(fit: Fitting) -> dict:
     """What calibration.json has."""
-    keys = {key.name: {"value": key.value(place), "standard_error": key.error(place, error) if np.isfinite(error) else None,
+    keys = {key.name: {"value": key.value(place), "standard_error": key.error(place, error) if np.isfinite(error) and not fit.spent else None,
                        "at_a_bound": not loose, "low": key.low, "high": key.high, "search": key.scale}
             for key, place, error, loose in zip(fit.keys, fit.best.places, fit.errors(), fit.free.tolist())}
     left = {w.label: {"unit": w.unit, "readings": len(w.time), "uncertainty": w.scale, "uncertainty_given": w.known,
@@ -160,8 +160,9 @@ def lines(result: dict) -> list[str]:
     found = []
     for name, key in result["keys"].items():
         error = key["standard_error"]
+        open_end = "  (the search has not come to its end: no standard error)" if result["runs_spent"] else "  (not determined)"
         found.append(f"{name} = {key['value']:.6g}" + (f" +- {error:.2g}" if error is not None else
-                     "  (at a bound: no standard error)" if key["at_a_bound"] else "  (not determined)"))
+                     "  (at a bound: no standard error)" if key["at_a_bound"] else open_end))
     if len(result["searches"]) > 1:
         sums = ", ".join(f"{end['sum_of_squares']:.4g}" for end in result["searches"])
         found.append(f"least sums of squares from several starts: {sums}")

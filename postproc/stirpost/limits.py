@@ -86,6 +86,12 @@ def varied(texts: list[str], scene: Scene) -> list[Key]:
         except ValueError:
             numbers = [np.nan]
         row = of(name)
+        found = ADDRESS.fullmatch(name)
+        groups = scene.groups(found["group"]) if found and not found["which"] else []
+        if len(groups) > 1:
+            group, key = found["group"].upper(), found["key"].upper()
+            which = ", ".join(f"{group}({k}).{key}" + (f" of {each['name']}" if each.get("name") else "") for k, each in enumerate(groups, 1))
+            raise ValueError(f"--vary {text}: the input has {len(groups)} &{group}, which would all change: name one: {which}")
         if len(numbers) not in (0, 1, 3) or not np.isfinite(numbers).all():
             raise ValueError(f"--vary {text}: {FORM}")
         if len(numbers) < 3 and row is None:

@@ -239,6 +239,26 @@ def test_a_search_that_was_stopped_goes_on(model):
     assert "broke down" in done.stdout and len(table) == len(list((model.folder / "out/runs").iterdir()))
 
 
+def test_a_search_that_has_not_ended_has_no_errors(model):
+    """Exact: no standard error where --runs ended the search, which is far from its end here, and one where it came to its end."""
+    done, result = model("--vary", "SURFACE.COEFFICIENT=1000,100,1e5", "--runs", "3", "--design", "0")
+    assert "SURFACE.COEFFICIENT = " in done.stdout and "+-" not in done.stdout
+    assert "the search has not come to its end: no standard error" in done.stdout
+    assert result["runs_spent"] and result["keys"]["SURFACE.COEFFICIENT"]["standard_error"] is None
+    done, result = model("--vary", "SURFACE.COEFFICIENT=1000,100,1e5", "--runs", "40", "--design", "0")
+    assert "+-" in done.stdout and not result["runs_spent"] and result["keys"]["SURFACE.COEFFICIENT"]["standard_error"] > 0
+
+
+def test_one_group_of_several_is_named(model):
+    """Exact: of two &SURFACE one is varied, by its number; without it the call is refused and says which there are."""
+    with open(model.folder / "model.nml", "a", encoding="utf-8") as file:
+        file.write("&SURFACE COEFFICIENT = 10 /\n")
+    done, _ = model("--vary", "SURFACE.COEFFICIENT", expect=2)
+    assert "the input has 2 &SURFACE, which would all change: name one: SURFACE(1).COEFFICIENT, SURFACE(2).COEFFICIENT" in done.stderr
+    done, result = model("--vary", "SURFACE(1).COEFFICIENT", "--runs", "1", "--design", "0")
+    assert list(result["keys"]) == ["SURFACE(1).COEFFICIENT"]
+
+
 def test_limits_are_those_of_keys():
     """--limits names keys that the program has, and limits that it accepts."""
     words = [sys.executable, "-m", "stirpost", "calibrate", "run", "--limits"]
