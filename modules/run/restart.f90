@@ -14,7 +14,7 @@ module run_restart
   use particles_migrate, only: find_outside
   use particles_store, only: asleep, awake, f_bbar, f_flow, f_jac, f_mass, f_plastic, f_pos, &
                              f_rate, f_temp, f_vel, max_volume_ratio, particles_t, set_rest, &
-                               tag_id, &
+                             tag_id, &
                              tag_rest, tracer_bit
   use run_balance, only: find_reach, make_first_partition, store_nodes
   use run_debris, only: remove_debris
