@@ -33,7 +33,10 @@ module mpm_stability
   !> and 0.346, and not at steps longer by 8 %.
   real(rp), parameter :: short_domain = 0.125_rp
   !> Exponent of the filter order: from limits of 0.376 and 0.531 at order 2, and of 0.282 and 0.398
-  !> at order 4.
+  !> at order 4, with two particles along each axis of a cell. With B-splines and one particle along
+  !> an axis there are modes of the nodes that no particle feels: the mass m over its sum over a row
+  !> is near 0, and FMPM of order k multiplies the acceleration by (1 - (1 - m)^k)/m, at most k: the
+  !> power is -1/2. Order 2, with 2 - m, is stable at the other power.
   real(rp), parameter :: filter_power = -0.37_rp
   !> Factor for one particle per cell, which leaves modes free that more particles would constrain:
   !> with B-splines the limit is 0.570 instead of 0.665 at Poisson's ratio 0.33, and 0.616 instead
@@ -70,10 +73,11 @@ contains
 
   !> Default CFL number: time step over the time in which a wave crosses a cell, for this method,
   !> particle lattice and elasticity.
-  pure real(rp) function default_cfl(method, has_contact, is_sparse, shortest, poisson)
+  pure real(rp) function default_cfl(method, has_contact, is_sparse, is_thin, shortest, poisson)
     type(method_t), intent(in) :: method
     logical, intent(in) :: has_contact             !! contact between bodies
     logical, intent(in) :: is_sparse               !! one particle per cell
+    logical, intent(in) :: is_thin                 !! one along an axis of a cell
     real(rp), intent(in) :: shortest               !! shortest half length of a domain of constant
                                                    !! size [shortest cell edge]
     real(rp), intent(in) :: poisson                !! largest Poisson's ratio of the scene
@@ -89,7 +93,14 @@ contains
     case (transfer_apic)
       default_cfl = apic_gain*default_cfl
     case (transfer_fmpm, transfer_xpic)
-      default_cfl = default_cfl*real(max(1, method%order), rp)**filter_power
+      associate (order => real(max(1, method%order), rp))
+        if (is_thin .and. method%is_bspline .and. method%transfer == transfer_fmpm &
+            .and. method%order > 2) then
+          default_cfl = default_cfl/sqrt(order)
+        else
+          default_cfl = default_cfl*order**filter_power
+        end if
+      end associate
     case default                               ! FLIP has the limit of the shape functions
     end select
     default_cfl = merge(margin_selective, margin, method%scales_light_nodes)*default_cfl

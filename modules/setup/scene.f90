@@ -166,7 +166,7 @@ contains
     call read_selective_scaling(input, scene, tool)
     associate (m => scene%method)
       if (m%cfl <= 0.0_rp) m%cfl = default_cfl(m, input%count('CONTACT') > 0, is_sparse(scene, 3), &
-                                               shortest_domain(scene), &
+                                               is_sparse(scene, 1), shortest_domain(scene), &
                                                maxval([0.0_rp, scene%material%poisson()]))
     end associate
     call read_sleeping(input, scene, tool)
