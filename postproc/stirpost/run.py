@@ -26,13 +26,16 @@ T = TypeVar("T")
 FRAME_NAME = re.compile(r"^(?P<name>.+)_(?P<number>\d{6,})\.hdf$")
 
 
+LONGEST = 1e4  # of what a run may have of a length [m]: what is farther away is damage
+
+
 class NoRun(ValueError):
     """The directory holds nothing to report on."""
 
 
 class Frame:
-    """One VTKHDF file; fields are read when they are asked for. Particles without a finite
-    position, as a run that failed may leave them, are left out. A file that cannot be read is a ValueError that names it."""
+    """One VTKHDF file; fields are read when they are asked for. Particles without a position,
+    as a run that failed or damage may leave them, are left out. A file that cannot be read is a ValueError that names it."""
 
     def __init__(self, path: Path, time: float | None = None):
         self.path = path
@@ -52,10 +55,10 @@ class Frame:
         self._finite: np.ndarray | None = None
 
     def attribute(self, name: str) -> np.ndarray:
-        """Its numbers, those that are none or not above 0 as NaN; [NaN] without it."""
+        """Its lengths [m], those that are none as NaN; [NaN] without it."""
         values = np.atleast_1d(self.attributes.get(name, np.nan))
         values = values.astype(float) if values.dtype.kind in "fiu" else np.full(1, np.nan)
-        return np.where(values > 0, values, np.nan)
+        return np.where((values > 0) & (values <= LONGEST), values, np.nan)
 
     def bodies(self) -> np.ndarray:
         """Numbers of the bodies of the particles, from 0."""
@@ -66,7 +69,7 @@ class Frame:
         """Positions (n, 3) [m]."""
         with hdf5(self.path) as file:
             points = file["VTKHDF/Points"][...].astype(np.float64).reshape(-1, 3)
-            self._finite = np.isfinite(points).all(axis=1)
+            self._finite = (np.abs(points) <= LONGEST).all(axis=1)
             if not self._finite.any():
                 raise ValueError("no particle has a position")
         return points[self._finite]
@@ -230,7 +233,7 @@ def tool_surface(path: Path) -> pv.PolyData:
     with hdf5(path) as file:
         group = file["VTKHDF"]
         points, corners = group["Points"][...], group["Connectivity"][...].reshape(-1, 3)
-        if corners.min() < 0 or corners.max() >= len(points) or not np.isfinite(points).all():
+        if corners.min() < 0 or corners.max() >= len(points) or not (np.abs(points) <= LONGEST).all():
             raise ValueError("corners without a place")
         mesh = pv.PolyData.from_regular_faces(points, corners)
         for name in ("azimuth", "tool"):

@@ -39,7 +39,7 @@ class Scene:
     def __init__(self, text: str):
         try:
             self.all = f90nml.reads(text + "\n") if "&" in text else f90nml.Namelist()
-        except (ValueError, AssertionError, IndexError, StopIteration):
+        except Exception:  # also a RecursionError: whatever a text that is no input leads f90nml to
             raise ValueError("the input of the run cannot be read") from None
 
     @classmethod

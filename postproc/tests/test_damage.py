@@ -173,6 +173,22 @@ def no_places(path, dice):
         file["VTKHDF/Points"][...] = np.nan
 
 
+def far_place(path, dice):
+    with h5py.File(path, "a") as file:
+        places = file["VTKHDF/Points"]
+        places[dice.randrange(len(places)), dice.randrange(3)] = dice.choice([1e30, -1e12, np.inf])
+
+
+def huge_length(path, dice):
+    with h5py.File(path, "a") as file:
+        name = dice.choice(["spacing", "cell"])
+        file.attrs[name] = np.full_like(file.attrs[name], 1e308)
+
+
+def brackets(path, dice):
+    path.write_text(f"&RUN {dice.choice(['x = ' + 100000 * '(', 'x' + 20000 * '%x' + ' = 1', 'x = ' + 100000 * '['])} /\n" + path.read_text())
+
+
 def odd_values(path, dice):
     with h5py.File(path, "a") as file:
         data = file[f"VTKHDF/PointData/{dice.choice([n for n in file['VTKHDF/PointData']])}"]
@@ -195,10 +211,10 @@ def text_instead(path, dice):
 
 ANY = (cut, empty, noise, flipped, folder_instead, unreadable, missing)
 CSV = (*ANY, bad_cell, short_row, heading_alone, no_heading, one_column_less)
-FRAME = (*ANY, no_field, no_places, odd_values, other_length, text_instead)
+FRAME = (*ANY, no_field, no_places, far_place, huge_length, odd_values, other_length, text_instead)
 RUN = {"plate_history.csv": CSV, "plate_probes.csv": CSV, "plate_tracers.csv": CSV, "plate_000000.hdf": FRAME,
        "plate_000002.hdf": FRAME, "plate_tools_000002.hdf": ANY, "plate.hdf.series": (*ANY, odd_json),
-       "plate_summary.json": (*ANY, odd_json), "plate_input.nml": ANY}
+       "plate_summary.json": (*ANY, odd_json), "plate_input.nml": (*ANY, brackets)}
 READS = {"record": {"record.csv": CSV}, "law": {"law.csv": CSV}, "curves": {"curves/hot-1.csv": CSV}, "input": {"input.nml": ANY},
          "run": {f"plate.out/{name}": damages for name, damages in RUN.items()},
          "heated": {f"heated.out/{name}": RUN[name] for name in ("plate_probes.csv", "plate_000000.hdf")},
@@ -312,3 +328,19 @@ def test_a_report_names_what_is_left_out(workshop, capsys):
     assert "plate_000001.hdf: cut short or damaged: truncated file" in said and said.count("\n") == 2
     assert "plate_history.csv:10: column 11, pin_torque" in page and "plate_000001.hdf: cut short" in page
     assert {path.stem for path in (workshop / "out").glob("*.png")} >= {"tool_loads", "energies", "temperature_cross_section"}
+
+
+def test_what_is_out_of_all_measure_costs_no_picture(workshop, capsys):
+    """A particle at 1e30 m, a cell of 1e308 m, an input of brackets: every picture of the sound run is made."""
+    outcome(words_of("report", workshop), capsys)
+    sound = {path.stem for path in (workshop / "out").glob("*.png")}
+    for damage, name in ((far_place, "plate_000002.hdf"), (huge_length, "plate_000000.hdf")):
+        shutil.rmtree(workshop / "out")
+        damage(workshop / "plate.out" / name, random.Random(SEED))
+        status, said = outcome(words_of("report", workshop), capsys)
+        assert status == 0 and "left out" not in said, said
+        assert {path.stem for path in (workshop / "out").glob("*.png")} == sound
+    for seed in range(6):
+        brackets(workshop / "plate.out/plate_input.nml", random.Random(seed))
+        status, said = outcome(words_of("report", workshop), capsys)
+        assert status == 0 and (workshop / "out/report.html").is_file(), said
