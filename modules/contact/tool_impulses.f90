@@ -17,6 +17,10 @@
 !> steps would add energy. In the zone where gaps close slowly, non-uniform parts of the force decay
 !> as fast as the gaps, which damps them.
 !>
+!> Friction starts from that of the last step as well: without it a non-uniform shear, such as that
+!> of a bar in torsion that sticks to the tool, would fall to nothing, since one iteration stops
+!> only a uniform slip.
+!>
 !> Friction is limited at the nodes, where the pressure of neighbouring particles is averaged: by
 !> Coulomb's law and by the shear strength of the material.
 !>
@@ -32,7 +36,7 @@
 module contact_tool_impulses
   use base_kinds, only: rp
   use boundary_symmetry, only: r_velocity, restore
-  use contact_tool_limits, only: molten_limit
+  use contact_tool_limits, only: find_sliding_limits, molten_limit
   use contact_tool_loads, only: record_tool_load, give_heat, strain_surface
   use contact_tool_particles, only: find_contact_particles, relaxation_time, update_surface_offset
   use contact_tool_walls, only: record_wall_impulse, mark_held, reflect_masses, reflect_values, &
@@ -43,7 +47,7 @@ module contact_tool_impulses
   use simulation_tool_lists, only: add_values, m_touching, m_last_impulse, m_pushed, n_both, &
                                    n_masses, n_values, load_return, v_transition, v_coulomb, &
                                    v_stick, v_normal, v_max_friction
-  use tools_law, only: friction_law_t
+  use tools_law, only: friction_law_t, of_slip
   use tools_tool, only: rigid_t, tool_t
   implicit none (type, external)
   private
@@ -86,7 +90,7 @@ contains
     real(rp), intent(in) :: g(8, sim%nodes%patch%nn)
 
     call restore_masses(sim)
-    call add_impulses(sim, sim%tool(k)%friction_law, dt, g)
+    call add_impulses(sim, sim%tool(k), dt, g)
     sim%contact%local_values = sim%contact%values(:n_values, :)
     call reflect_values(sim)
   end subroutine find_impulses
@@ -208,11 +212,11 @@ contains
   end subroutine add_masses
 
   !> Sum the impulses of the particles in contact at the nodes.
-  subroutine add_impulses(sim, law, dt, g)
+  subroutine add_impulses(sim, tool, dt, g)
     type(simulation_t), intent(inout) :: sim
-    type(friction_law_t), intent(in) :: law
+    type(tool_t), intent(in) :: tool
     real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
-    real(rp) :: kept, least, part, push, returned, s(5), values(n_values)
+    real(rp) :: counted, kept, least, part, push, returned, s(5), values(n_values)
     integer :: e, p
 
     part = merge(1.0_rp, impulse_fraction_remapped, sim%scene%method%scheme == scheme_usl)
@@ -236,21 +240,24 @@ contains
             kept = 1.0_rp
             if (t%closing_velocity <= t%approach_velocity) kept = exp(-dt &
               /relaxation_time(sim%clock, t))
-            t%lasting_impulse = kept*(t%normal_impulse - push*returned) + push*t%approach_velocity
-            t%lasting_impulse = min(t%max_normal_impulse, max(0.0_rp, t%lasting_impulse))
+            t%lasting_impulse = max(0.0_rp, kept*(t%normal_impulse - push*returned) &
+                                    + push*t%approach_velocity)
+            t%lasting_impulse = min(t%max_normal_impulse, t%lasting_impulse)
             t%normal_impulse = max(0.0_rp, t%normal_impulse + push*(t%closing_velocity - returned))
           end if
           t%normal_impulse = max(min(t%normal_impulse, t%max_normal_impulse), push &
                                  *t%edge_closing_velocity)
           values(v_normal:v_normal + 2) = t%normal_impulse*t%normal
           values(v_stick:v_stick + 2) = t%stick_impulse
-          if (law%uses_mean_pressure()) then
+          counted = 1.0_rp
+          if (tool%friction_law%uses_mean_pressure()) then
             kept = exp(-dt/relaxation_time(sim%clock, t))
-            t%coulomb_impulse = kept*dt*t%coulomb_impulse &
-                        + (1.0_rp - kept)*t%coulomb_factor*t%normal_impulse
-          else
-            t%coulomb_impulse = t%coulomb_impulse + t%coulomb_factor*t%normal_impulse
+            counted = 1.0_rp - kept
+            t%coulomb_impulse = kept*dt*t%coulomb_impulse
           end if
+          if (tool%friction_table%of == of_slip) call find_sliding_limits(tool, t%coulomb_impulse, &
+            counted, norm2(t%stick_impulse)*s(1)/t%mass, t)
+          t%coulomb_impulse = t%coulomb_impulse + counted*t%coulomb_factor*t%normal_impulse
           if (t%max_friction <= molten_limit) t%coulomb_impulse = 0.0_rp
           values(v_coulomb) = t%coulomb_impulse
           values(v_max_friction) = t%max_friction

@@ -33,7 +33,8 @@ module contact_tool_limits
   private
 
   public :: cut_at_edges, covered_fraction_of
-  public :: find_shear_layer, limit_impulses, shear_layer_t, reduce_layer_rate
+  public :: find_sliding_limits, limit_impulses
+  public :: depth_ratio, find_shear_layer, log_cosh_of, shear_layer_t
 
   !> Shear layers of the particles of a block.
   type :: shear_layer_t
@@ -45,10 +46,10 @@ module contact_tool_limits
     real(rp) :: softening(nlane) = 0.0_rp    !! x tanh x; 0: uniform layer
   end type shear_layer_t
 
-  real(rp), parameter :: root3 = sqrt(3.0_rp)
+  real(rp), parameter, public :: root3 = sqrt(3.0_rp)
   real(rp), parameter :: min_rise = 1.0_rp                  !! smallest increment of the temperature
                                                             !! derivative [K]
-  real(rp), parameter :: min_softening = 1.0e-4_rp          !! x tanh x of a non-uniform layer
+  real(rp), parameter, public :: min_softening = 1.0e-4_rp  !! x tanh x of a non-uniform layer
   real(rp), parameter, public :: no_limit = 1.0e30_rp       !! impulse bound of elastic material
                                                             !! [N s]
   real(rp), parameter, public :: molten_limit = 1.0e-30_rp  !! impulse bound of molten metal [N s]
@@ -173,12 +174,13 @@ contains
 
     if (size(particle) == 0) return
     coefficient = tool%friction_law%coefficient
+    if (tool%friction_law%kind == law_coulomb) coefficient = tool%friction_coefficient
     if (tool%friction_table%of /= of_nothing) then
       coefficient = look_up_friction(tool%friction_table, near, particle)
-      if (tool%friction_law%kind == law_coulomb) particle%coulomb_factor = coefficient
     end if
-    particle%max_friction = no_limit
-    particle%transition = no_limit
+    particle%shear_impulse = no_limit
+    particle%melting_impulse = no_limit
+    call find_friction_limits(tool%friction_law, coefficient, particle)
     particle%max_normal_impulse = no_limit
     if (particle(1)%can_flow) call limit_by_strength(scene, tool%friction_law, coefficient, dt, &
                                                      near, particle)
@@ -194,7 +196,6 @@ contains
     real(rp), intent(in) :: coefficient(size(particle)), dt
     real(rp) :: depth(nlane), face, melting_heat(nlane), shear, v(nlane)
     type(shear_layer_t) :: layer
-    logical :: is_unlimited
     integer :: i
 
     associate (body => scene%body(near%body), layout => scene%layout)
@@ -220,14 +221,11 @@ contains
           if (t%covered_fraction < 1.0_rp) t%max_normal_impulse = t%covered_fraction &
             *edge_pressure*shear
           shear = t%covered_fraction*shear
-          call law%limits(coefficient(i), max(molten_limit, shear), t%coulomb_factor, &
-                          t%max_friction, t%transition)
-          is_unlimited = law%has_no_shear_limit() .and. shear > 0.0_rp
-          if (is_unlimited) t%max_friction = no_limit
-          t%max_friction = min(t%max_friction, melting_heat(p)/max(1.0_rp/no_limit, norm2(t%slip)))
-          t%max_friction = max(molten_limit, t%max_friction)  ! still in contact
-          t%transition = min(t%transition, t%max_friction)
-          if (is_unlimited .or. shear <= 0.0_rp) cycle
+          t%shear_impulse = max(molten_limit, shear)
+          if (law%has_no_shear_limit() .and. shear > 0.0_rp) t%shear_impulse = no_limit
+          t%melting_impulse = melting_heat(p)/max(1.0_rp/no_limit, norm2(t%slip))
+          call find_friction_limits(law, coefficient(i), t)
+          if (t%shear_impulse >= no_limit .or. shear <= 0.0_rp) cycle
           t%layer_depth = depth(p)
           t%face_area = t%covered_fraction*face
           t%softening = layer%softening(p)
@@ -240,6 +238,54 @@ contains
       end do
     end associate
   end subroutine limit_by_strength
+
+  !> Limits of the friction of a particle by the law and by melting, for the coefficient of the law.
+  elemental subroutine find_friction_limits(law, coefficient, t)
+    type(friction_law_t), intent(in) :: law
+    real(rp), intent(in) :: coefficient
+    type(contact_particle_t), intent(inout) :: t
+
+    t%max_friction = no_limit
+    t%transition = no_limit
+    if (law%kind == law_coulomb) t%coulomb_factor = coefficient
+    if (t%shear_impulse >= no_limit) then
+      t%max_friction = min(no_limit, t%melting_impulse)
+    else
+      call law%limits(coefficient, t%shear_impulse, t%coulomb_factor, t%max_friction, t%transition)
+      t%max_friction = min(t%max_friction, t%melting_impulse)
+    end if
+    t%max_friction = max(molten_limit, t%max_friction)  ! still in contact
+    t%transition = min(t%transition, t%max_friction)
+  end subroutine find_friction_limits
+
+  !> Set the friction limits of a particle whose coefficient depends on the speed of sliding. With
+  !> the friction F, that speed u is v (1 - F(u)/P), where the impulse P stops the slip v; of
+  !> several solutions bisection finds one at which the metal can remain.
+  subroutine find_sliding_limits(tool, kept, counted, speed, t)
+    type(tool_t), intent(in) :: tool
+    real(rp), intent(in) :: kept       !! Coulomb impulse of earlier steps [N s]
+    real(rp), intent(in) :: counted    !! part of the normal impulse that counts
+    real(rp), intent(in) :: speed      !! slip velocity without friction [m/s]
+    type(contact_particle_t), intent(inout) :: t
+    integer, parameter :: n_bisections = 40
+    real(rp) :: least, most, mu(nlane), u(nlane), unused(nlane)
+    integer :: i
+
+    least = 0.0_rp
+    most = speed
+    unused = 0.0_rp
+    do i = 1, n_bisections
+      u = 0.5_rp*(least + most)
+      call tool%friction_table%coefficients(1, unused, unused, u, mu)
+      call find_friction_limits(tool%friction_law, mu(1), t)
+      if (speed*(1.0_rp - tool%friction_law%friction(t%stick_impulse, kept + counted &
+            *t%coulomb_factor*t%normal_impulse, t%max_friction, t%transition)) > u(1)) then
+        least = u(1)
+      else
+        most = u(1)
+      end if
+    end do
+  end subroutine find_sliding_limits
 
   !> Friction coefficients of the touching ones of the candidates, from their temperature, the
   !> contact pressure in the body, or the sliding speed.
@@ -348,45 +394,5 @@ contains
 
     log_cosh_of = x + log(0.5_rp*(1.0_rp + exp(-2.0_rp*x)))
   end function log_cosh_of
-
-  !> Reduce the rate of the layer of a particle where friction uses only the fraction `used` of its
-  !> strength: the logarithm of the rate is lower by `log_rate_reduction`; the remaining slip is
-  !> sliding.
-  !>
-  !> The metal of the layer moves faster than the particle centre, by V (1 - ln cosh x/(x tanh x))
-  !> in the mean from the centre to the face, of which the grid resolves half of the particle's own
-  !> shear. It is averaged over the particle, `spacing` wide, whose part below the centre moves with
-  !> the grid.
-  elemental subroutine reduce_layer_rate(used, spacing, t, log_rate_reduction)
-    real(rp), intent(in) :: used, spacing     !! [-], width along the normal [m]
-    type(contact_particle_t), intent(inout) :: t
-    real(rp), intent(out) :: log_rate_reduction
-    real(rp) :: m, mean, resolved, slip, speed, x
-
-    t%strength_used = used
-    log_rate_reduction = (used - 1.0_rp)/t%rate_sensitivity
-    slip = norm2(t%slip)
-    resolved = root3*t%resolved_rate*t%layer_depth
-    speed = exp(log_rate_reduction)*(slip + resolved)
-    t%plastic_fraction = 0.0_rp
-    if (slip > 0.0_rp) t%plastic_fraction = max(0.0_rp, (speed - resolved)/slip)
-    m = t%softening*used*exp(log_rate_reduction)
-    if (m < min_softening) then              ! uniform shear
-      mean = 0.5_rp
-      t%layer_thickness = t%layer_depth
-      if (t%softening < min_softening) then
-        t%temperature_rise = t%temperature_rise*used*exp(log_rate_reduction)
-      else
-        t%temperature_rise = t%temperature_rise*0.5_rp*m/log_cosh_of(depth_ratio(t%softening))
-      end if
-    else
-      x = depth_ratio(m)
-      mean = 1.0_rp - log_cosh_of(x)/m
-      t%layer_thickness = t%layer_depth*tanh(x)/x
-      t%temperature_rise = t%temperature_rise*log_cosh_of(x)/log_cosh_of(depth_ratio(t%softening))
-    end if
-    t%excess_velocity = max(0.0_rp, mean*speed - 0.5_rp*resolved)*t%layer_depth/(t%layer_depth &
-                                                                                 + 0.5_rp*spacing)
-  end subroutine reduce_layer_rate
 
 end module contact_tool_limits

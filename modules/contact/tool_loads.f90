@@ -4,7 +4,7 @@
 !> but the internal variables of the flow law follow its strain.
 module contact_tool_loads
   use base_kinds, only: nlane, rp
-  use contact_tool_limits, only: no_limit, reduce_layer_rate
+  use contact_tool_limits, only: depth_ratio, log_cosh_of, min_softening, no_limit, root3
   use particles_store, only: f_heat, f_mass, f_plastic, f_pos, f_temp, particles_t
   use physics_flow_law, only: n_work
   use simulation_nodes, only: nodes_t
@@ -18,7 +18,7 @@ module contact_tool_loads
   implicit none (type, external)
   private
 
-  public :: record_tool_load, give_heat, strain_surface
+  public :: record_tool_load, give_heat, reduce_layer_rate, strain_surface
 
 contains
 
@@ -232,5 +232,45 @@ contains
       end do
     end associate
   end subroutine strain_particles
+
+  !> Reduce the rate of the layer of a particle where friction uses only the fraction `used` of its
+  !> strength: the logarithm of the rate is lower by `log_rate_reduction`; the remaining slip is
+  !> sliding.
+  !>
+  !> The metal of the layer moves faster than the particle centre, by V (1 - ln cosh x/(x tanh x))
+  !> in the mean from the centre to the face, of which the grid resolves half of the particle's own
+  !> shear. It is averaged over the particle, `spacing` wide, whose part below the centre moves with
+  !> the grid.
+  elemental subroutine reduce_layer_rate(used, spacing, t, log_rate_reduction)
+    real(rp), intent(in) :: used, spacing     !! [-], width along the normal [m]
+    type(contact_particle_t), intent(inout) :: t
+    real(rp), intent(out) :: log_rate_reduction
+    real(rp) :: m, mean, resolved, slip, speed, x
+
+    t%strength_used = used
+    log_rate_reduction = (used - 1.0_rp)/t%rate_sensitivity
+    slip = norm2(t%slip)
+    resolved = root3*t%resolved_rate*t%layer_depth
+    speed = exp(log_rate_reduction)*(slip + resolved)
+    t%plastic_fraction = 0.0_rp
+    if (slip > 0.0_rp) t%plastic_fraction = max(0.0_rp, (speed - resolved)/slip)
+    m = t%softening*used*exp(log_rate_reduction)
+    if (m < min_softening) then              ! uniform shear
+      mean = 0.5_rp
+      t%layer_thickness = t%layer_depth
+      if (t%softening < min_softening) then
+        t%temperature_rise = t%temperature_rise*used*exp(log_rate_reduction)
+      else
+        t%temperature_rise = t%temperature_rise*0.5_rp*m/log_cosh_of(depth_ratio(t%softening))
+      end if
+    else
+      x = depth_ratio(m)
+      mean = 1.0_rp - log_cosh_of(x)/m
+      t%layer_thickness = t%layer_depth*tanh(x)/x
+      t%temperature_rise = t%temperature_rise*log_cosh_of(x)/log_cosh_of(depth_ratio(t%softening))
+    end if
+    t%excess_velocity = max(0.0_rp, mean*speed - 0.5_rp*resolved)*t%layer_depth/(t%layer_depth &
+                                                                                 + 0.5_rp*spacing)
+  end subroutine reduce_layer_rate
 
 end module contact_tool_loads

@@ -78,6 +78,8 @@ module simulation_tool_lists
     real(rp) :: coulomb_factor = 0.0_rp         !! factor of the normal impulse in the friction law
     real(rp) :: coulomb_impulse = 0.0_rp        !! Coulomb limit of the friction impulse [N s]
     real(rp) :: max_friction = 0.0_rp           !! largest friction impulse [N s]
+    real(rp) :: shear_impulse = 0.0_rp          !! impulse of the shear strength of the metal [N s]
+    real(rp) :: melting_impulse = 0.0_rp        !! friction whose heat melts the particle [N s]
     real(rp) :: transition = 0.0_rp             !! friction impulse at which the law changes its
                                                 !! form [N s]
     real(rp) :: last_friction(3) = 0.0_rp       !! friction impulse by the force of the last step

@@ -351,7 +351,7 @@ contains
   end subroutine test_narrow_tool
 
   !> A coefficient of friction from a table: of temperature, of the pressure on the surface in the
-  !> body, of the speed of sliding.
+  !> body, of the speed of sliding with friction.
   subroutine test_friction_by_state()
     type(simulation_t) :: sim
     integer, parameter :: kind(3) = [of_temperature, of_pressure, of_slip]
@@ -387,7 +387,8 @@ contains
             want = -dot_product(n, matmul(reshape(tau([1, 4, 6, 4, 2, 5, 6, 5, 3]), [3, 3]), n)) &
                    /1.1_rp/1.0e9_rp
           case default
-            want = 1.0e-3_rp*norm2(t%slip)
+            want = 1.0e-3_rp*norm2(t%slip)*(1.0_rp - sim%tool(1)%friction_law%friction( &
+                   t%stick_impulse, t%coulomb_impulse, t%max_friction, t%transition))
           end select
           off = max(off, abs(t%coulomb_factor - 0.1_rp - max(0.0_rp, want)))
         end associate

@@ -5,7 +5,8 @@
 program test_shear_layer
   use base_kinds, only: nlane, rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use contact_tool_limits, only: find_shear_layer, no_limit, shear_layer_t, reduce_layer_rate
+  use contact_tool_limits, only: find_shear_layer, no_limit, shear_layer_t
+  use contact_tool_loads, only: reduce_layer_rate
   use contact_tool_loads, only: give_heat
   use linear_law, only: linear_t
   use particles_store, only: f_heat, f_pos, f_temp, n_fields, particles_t
