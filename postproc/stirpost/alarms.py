@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import look
+from . import look, voids
 from .run import Run
 from .tools import main_tool
 
@@ -32,7 +32,7 @@ class Check:
 
 def checks(run: Run) -> list[Check]:
     """All that can be told of this run."""
-    found = (run.attempt(f"the check {check.__name__}", check, run) for check in (ended, audit, inertia, loads, melting, cells, sleep))
+    found = (run.attempt(f"the check {check.__name__}", check, run) for check in (weld, ended, audit, inertia, loads, melting, cells, sleep))
     return [check for check in found if check is not None]
 
 
@@ -52,6 +52,17 @@ def verdict(found: list[Check]) -> tuple[str, str]:
 
 def level_of(value: float, amber: float, red: float) -> str:
     return RED if value > red else AMBER if value > amber else GREEN
+
+
+def weld(run: Run) -> Check | None:
+    """Whether the metal closes behind the tool; None without a track."""
+    found = voids.of_run(run)
+    if found is None:
+        return None
+    level, words = found.verdict()
+    value = "closed" if level == GREEN else f"largest void {look.mm(found.all[0].area, 2, 2)}"
+    text = "" if level == GREEN else f"{words} Torque and force are those of a tool that leaves voids, not of a sound weld."
+    return Check("weld", value, level, ("Voids", "Metal"), text)
 
 
 def ended(run: Run) -> Check:

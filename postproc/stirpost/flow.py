@@ -13,7 +13,10 @@ below the bottom, or is debris; `closure` is their sum less thermal and elastic 
 leaves is what is missing below the face beside the groove (`sunk_beside`): where sides bulge, the face sinks a little,
 and the places of particles enclose a few thousandths less or more than their volumes.
 
-Written to DIR (default RUN_DIRECTORY/report): flow.json, and flow_cavity.png if there is a cavity.
+Voids of the track behind the tool are those of stirpost/voids.py: tunnels (closed), grooves (open to the top), lack of fill at
+the root, each with its section, depth and side, and the smallest that particles and cells resolve.
+
+Written to DIR (default RUN_DIRECTORY/report): flow.json, flow_voids.png if there is a track, and flow_cavity.png if there is a cavity.
 """
 
 from __future__ import annotations
@@ -21,17 +24,19 @@ from __future__ import annotations
 import argparse
 import json
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import matplotlib
 import numpy as np
 from scipy.spatial import cKDTree
 
-from . import look, metal
+from . import look, metal, void_pictures, voids
 from .files import write
 from .run import Frame, NoRun, Run
 from .scene import Cavity, Scene, cavity_of
 from .tools import Tool, main_tool, tools_of
+from .voids import Voids
 
 REGIONS = ("plate", "cavity", "above_advancing", "above_retreating", "ends", "sides", "below", "debris")
 PARTS = 5  # points along each edge of a particle that lies in several regions
@@ -57,9 +62,11 @@ def main(arguments=None) -> int:
     output.mkdir(parents=True, exist_ok=True)
     text = json.dumps(result, indent=1)
     write(output / "flow.json", text + "\n")
-    if flow.cavity is not None:
-        with matplotlib.rc_context(look.STYLE):
+    with matplotlib.rc_context(look.STYLE):
+        if flow.cavity is not None:
             look.save(cavity_picture(flow), output / "flow_cavity.png")
+        if "voids" in result:
+            look.save(void_pictures.sheet(flow.voids), output / "flow_voids.png")
     print(text if options.json else "\n".join(lines(result)))
     return 0
 
@@ -203,6 +210,10 @@ class Flow:
                 ratio[own] *= 1.0 - (now["pressure"] - then["pressure"])[own] / bulk
         return ratio
 
+    @cached_property
+    def voids(self) -> Voids:
+        return Voids(self)
+
     # -- where the metal is ---------------------------------------------------------------------------------------
 
     def side(self, x: np.ndarray) -> np.ndarray:
@@ -301,6 +312,10 @@ class Flow:
         places = self.default_sections() if sections is None else sections
         result["stir_zone"] = [self.stir_zone(at, strain, peak, isotherms) for at in places]
         result["layers"] = self.layers(length)
+        try:
+            result["voids"] = self.voids.measures()
+        except NoRun:  # there is no track behind the tool yet
+            pass
         return result
 
     def flash(self) -> dict:
@@ -479,10 +494,7 @@ def cavity_picture(flow: Flow):
         slab = np.abs(flow.x[:, axis] - at) <= 0.5 * flow.spacing * (1 + 1e-6)
         half = 0.5 * flow.edge0[slab] * look.MM
         u, z = flow.x[slab, across] * look.MM, flow.x[slab, 2] * look.MM
-        squares = matplotlib.collections.PolyCollection(
-            np.stack([np.stack([u + a * half, z + b * half], axis=1) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))], axis=1),
-            array=strain[slab], cmap=look.STRAIN, norm=norm, linewidths=0)
-        panel.add_collection(squares)
+        squares = look.squares(panel, u, z, half, strain[slab], look.STRAIN, norm)
         gu, gz = (np.linspace(low[k] - 1e-4, high[k] + 1e-4, 200) for k in (across, 2))
         x = np.zeros((200 * 200, 3))
         mesh = np.meshgrid(gu, gz, indexing="ij")
@@ -499,11 +511,6 @@ def cavity_picture(flow: Flow):
     return figure
 
 
-def mm(value: float | None, power: int = 1, digits: int = 4) -> str:
-    unit = {1: "mm", 2: "mm\N{SUPERSCRIPT TWO}", 3: "mm\N{SUPERSCRIPT THREE}"}[power]
-    return "-" if value is None else f"{value * look.MM**power:.{digits}g} {unit}"
-
-
 def percent(value: float | None) -> str:
     return "-" if value is None else f"{100 * value:.3g} %"
 
@@ -511,27 +518,28 @@ def percent(value: float | None) -> str:
 def rows(result: dict) -> list[tuple[str, str]]:
     """Meaning and value of what is one number."""
     flash, volume = result["flash"], result["volumes"]
-    found = [("flash, advancing side: height; volume above the initial top face",
-              f"{mm(flash['height_advancing[m]'])}; {mm(volume['above_advancing[m3]'], 3)}"),
+    found = voids.rows(result["voids"]) if "voids" in result else []
+    found += [("flash, advancing side: height; volume above the initial top face",
+              f"{look.mm(flash['height_advancing[m]'])}; {look.mm(volume['above_advancing[m3]'], 3)}"),
              ("flash, retreating side: height; volume above the initial top face",
-              f"{mm(flash['height_retreating[m]'])}; {mm(volume['above_retreating[m3]'], 3)}")]
+              f"{look.mm(flash['height_retreating[m]'])}; {look.mm(volume['above_retreating[m3]'], 3)}")]
     if "groove[m3]" in volume:
         found.append(("groove: volume below the initial top face; mean depth",
-                      f"{mm(volume['groove[m3]'], 3)}; {mm(volume['groove_mean_depth[m]'])}"))
+                      f"{look.mm(volume['groove[m3]'], 3)}; {look.mm(volume['groove_mean_depth[m]'])}"))
     found.append(("metal displaced beyond ends; sides; below the bottom; debris",
-                  "; ".join(mm(volume[f"{k}[m3]"], 3) for k in ("ends", "sides", "below", "debris"))))
-    found.append(("thermal and elastic expansion", mm(volume["expansion[m3]"], 3)))
+                  "; ".join(look.mm(volume[f"{k}[m3]"], 3) for k in ("ends", "sides", "below", "debris"))))
+    found.append(("thermal and elastic expansion", look.mm(volume["expansion[m3]"], 3)))
     if volume.get("closure") is not None:
-        found.append(("sinkage of the top face beside the groove: volume", mm(volume["sunk_beside[m3]"], 3)))
+        found.append(("sinkage of the top face beside the groove: volume", look.mm(volume["sunk_beside[m3]"], 3)))
         found.append(("balance of volumes: displaced metal less expansion, over the groove, less 1", percent(volume["closure"])))
     if "cavity" in result:
-        found.append(("cavity: filled; metal in it", f"{percent(result['cavity']['filled'])}; {mm(volume['cavity[m3]'], 3)}"))
+        found.append(("cavity: filled; metal in it", f"{percent(result['cavity']['filled'])}; {look.mm(volume['cavity[m3]'], 3)}"))
     for pair in (pair for pair in result.get("mixing", []) if pair["volume[m3]"] > 0.0):
         found.append((f"metal of {pair['body']} where {pair['where']} was: volume; how deep in it",
-                      f"{mm(pair['volume[m3]'], 3)}; {mm(pair['depth_max[m]'])}"))
+                      f"{look.mm(pair['volume[m3]'], 3)}; {look.mm(pair['depth_max[m]'])}"))
     for zone in result.get("stir_zone", []):
-        found.append((f"stir zone (strain > {zone['strain_above']:g}) at {mm(zone['at[m]'])}: depth; width; area",
-                      f"{mm(zone['depth[m]'])}; {mm(zone['width[m]'])}; {mm(zone['area[m2]'], 2)}"))
+        found.append((f"stir zone (strain > {zone['strain_above']:g}) at {look.mm(zone['at[m]'])}: depth; width; area",
+                      f"{look.mm(zone['depth[m]'])}; {look.mm(zone['width[m]'])}; {look.mm(zone['area[m2]'], 2)}"))
     return found
 
 

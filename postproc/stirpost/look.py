@@ -9,6 +9,7 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import PolyCollection
 from matplotlib.colors import Colormap, ListedColormap
 from matplotlib.figure import Figure
 
@@ -117,3 +118,16 @@ def seconds(time: float) -> str:
     if abs(time) >= 1 or time == 0:
         return f"{time:.2f} s"
     return f"{time * 1e3:.3g} ms"
+
+
+def mm(value: float | None, power: int = 1, digits: int = 4) -> str:
+    unit = {1: "mm", 2: "mm\N{SUPERSCRIPT TWO}", 3: "mm\N{SUPERSCRIPT THREE}"}[power]
+    return "-" if value is None else f"{value * MM**power:.{digits}g} {unit}"
+
+
+def squares(panel, u: np.ndarray, z: np.ndarray, half: np.ndarray, values: np.ndarray, colours: Colormap, norm):
+    """Particles of a slab as squares of half an edge around places, coloured by values."""
+    corners = [np.stack([u + a * half, z + b * half], axis=1) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    drawn = PolyCollection(np.stack(corners, axis=1), array=values, cmap=colours, norm=norm, linewidths=0)
+    panel.add_collection(drawn)
+    return drawn

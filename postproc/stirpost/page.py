@@ -72,6 +72,7 @@ class Page:
 
     title: str
     origin: str
+    joint: tuple[str, str] | None = None  # traffic light, and whether the weld is closed
     weld: str = ""  # what was welded, with which tool and how
     checks: list[Check] = field(default_factory=list)
     alarms: list[str] = field(default_factory=list)
@@ -116,7 +117,7 @@ class Page:
 </head>
 <body><main>
 <h1>{escape(self.title)}</h1>
-{trust(self.weld, self.checks, [title for title, _ in parts])}
+{joint(self.joint)}{trust(self.weld, self.checks, [title for title, _ in parts])}
 <p class="sub">{escape(self.origin)}</p>
 <nav>{links}</nav>
 {warned}
@@ -134,6 +135,11 @@ SOLID = """<div class="solid"><div class="canvas"></div>
 <span class="time"></span></div>
 <div class="bar"><select aria-label="colours"></select><span class="scale"></span>
 <label><input type="checkbox" checked> tool</label></div></div>"""
+
+
+def joint(found: tuple[str, str] | None) -> str:
+    """Whether the weld is closed, first of all."""
+    return f'<p class="weld"><strong class="{found[0]}">{escape(found[1])}</strong></p>\n' if found else ""
 
 
 def trust(weld: str, checks: list[Check], sections: list[str]) -> str:

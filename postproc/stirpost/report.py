@@ -9,7 +9,7 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 
-from . import alarms, cooling, curves, flow, look, maps, page, solid, summary, surface
+from . import alarms, cooling, curves, flow, look, maps, page, solid, summary, surface, void_pictures, voids
 from .files import write
 from .run import Run
 
@@ -74,6 +74,8 @@ def compose(run: Run, pictures: list[page.Picture], stirred: flow.Flow | None, m
     if measured is not None and run.probes is not None:
         made.results += curves.apart(run.probes, measured)
     made.weld = run.attempt("what was welded", summary.weld, run) or ""
+    track = run.attempt("voids", voids.of_run, run)
+    made.joint = track.verdict() if track is not None else None
     made.checks = alarms.checks(run)
     made.alarms = [text.replace(f"{run.directory}/", "") for text in alarms.alarms(run) if not any(text in remark for remark in beside)]
     return made
@@ -104,6 +106,10 @@ def draw_all(run: Run, output: Path, measured: cooling.Record | None, stirred: f
         if picture is not None:
             pictures.append(page.Picture(write(output / f"{name}.png", picture), caption, chapter))
 
+    track = run.attempt("voids", voids.of_run, run)
+    if track is not None:
+        add("flow_voids", "Voids", "Sections at equal distances along the track, by plastic strain (left, logarithmic, ends at 50) and by the side "
+            "the metal came from (right); red: voids; dashed: the lid, the lowest place of the face of the tool.", void_pictures.sheet, track)
     if run.frames:
         run.attempt("pictures of the frames", draw_frames, run, add)
     if run.probes is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import alarms, look, metal
+from . import alarms, look, metal, voids
 from .run import Run
 from .table import Column, Table
 from .tools import LOADS, Phase, main_tool, supports, tools_of
@@ -164,6 +164,7 @@ def process_table(run: Run) -> Process | None:
     hottest = next(iter(history.matching("temperature_max")), None)
     if hottest is not None:
         rows.append(("peak temperature [K]", [figure(largest(hottest.values, p), 4) for p in spans], remark(alarms.melting)))
+    beside = {"force_z": alarms.inertia, "torque": alarms.weld}
     for load, words in (("force_z", "axial force"), ("force_x", "force along the track"), ("force_y", "force across"),
                         ("torque", "torque"), ("power", "power")):
         column = tool.column(load)
@@ -171,7 +172,7 @@ def process_table(run: Run) -> Process | None:
             continue
         factor, unit = look.scaled(float(np.nanmax(np.abs(column.values))), column.unit)
         values = [f"{figure(factor * tool.mean(column, p), 4)}; {figure(factor * largest(column.values, p), 4)}" for p in spans]
-        rows.append((f"{words} [{unit}], mean; peak", values, remark(alarms.inertia) if load == "force_z" else ""))
+        rows.append((f"{words} [{unit}], mean; peak", values, remark(beside[load]) if load in beside else ""))
     shares = [figure(tool.friction_share(p), 3) for p in spans]
     rows.append(("share of friction in the heat [%]", shares, remark(alarms.audit)))
     return [phase.kind for phase in spans], rows
@@ -207,6 +208,12 @@ def measures(run: Run) -> dict[str, float]:
             found["flash [mm3]"] = shape.flash_volume * look.MM**3
             if shape.groove is not None:
                 found["groove [mm]"] = shape.groove * look.MM
+    track = voids.of_run(run)
+    if track is not None:
+        found["void, largest section [mm2]"] = track.all[0].area * look.MM**2 if track.all else 0.0
+        found["void, depth [mm]"] = track.all[0].depth * look.MM if track.all else float("nan")
+        found["voids [mm3]"] = sum(void.volume for void in track.all) * look.MM**3
+        found["smallest void resolved [mm2]"] = track.resolved * look.MM**2
     return found
 
 

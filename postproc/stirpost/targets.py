@@ -26,6 +26,10 @@ MEASURES = {
     "groove_depth": ("m", "mean depth of the groove", ("volumes", "groove_mean_depth[m]")),
     "fill": ("1", "part of the cavity's volume that is filled", ("cavity", "filled")),
     "covered": ("1", "part of the cavity's area that metal covers, from above", ("cavity", "covered")),
+    "void_area": ("m2", "largest section of a void behind the tool", ("voids", "area_max[m2]")),
+    "void_volume": ("m3", "voids behind the tool", ("voids", "volume[m3]")),
+    "flash_volume_advancing": ("m3", "flash above the first top face, advancing side", ("volumes", "above_advancing[m3]")),
+    "flash_volume_retreating": ("m3", "flash above the first top face, retreating side", ("volumes", "above_retreating[m3]")),
     "flash_advancing": ("m", "height of the flash on the advancing side", ("flash", "height_advancing[m]")),
     "flash_retreating": ("m", "height of the flash on the retreating side", ("flash", "height_retreating[m]")),
 }
@@ -35,7 +39,7 @@ AT = {  # of a cross-section: stir_depth@25e-3
 }
 OTHERS = (("NAME_peak", "K", "highest temperature of the probe NAME"),
           ("COLUMN@FROM:UNTIL", "of COLUMN", "mean of a column of the history or the probes over a time [s]"))
-UNITS = {"m": ("m", 1.0), "mm": ("m", 1e-3), "um": ("m", 1e-6), "m3": ("m3", 1.0), "mm3": ("m3", 1e-9), "1": ("1", 1.0),
+UNITS = {"m": ("m", 1.0), "mm": ("m", 1e-3), "um": ("m", 1e-6), "m2": ("m2", 1.0), "mm2": ("m2", 1e-6), "m3": ("m3", 1.0), "mm3": ("m3", 1e-9), "1": ("1", 1.0),
          "%": ("1", 0.01)} | LOADS
 FORM = re.compile(r"(?P<name>\w+)(?:@(?P<at>[^@\[=]+))?\s*(?:\[(?P<unit>[^\]]*)\])?=(?P<value>[^,]+),(?P<error>[^,]+)")
 
@@ -127,4 +131,4 @@ def table() -> str:
     """The measures as text."""
     rows = [(name, unit, words) for name, (unit, words, _) in MEASURES.items()]
     rows += [(f"{name}@X", unit, words) for name, (unit, words, _) in AT.items()] + list(OTHERS)
-    return "\n".join(f"{name:18} {unit:10} {words}" for name, unit, words in rows)
+    return "\n".join(f"{name:22} {unit:10} {words}" for name, unit, words in rows)
