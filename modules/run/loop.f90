@@ -22,6 +22,7 @@ module run_loop
   use step_advance, only: take_step
   use step_drives, only: drive_tools, store_impulses
   use step_motion, only: find_motion
+  use step_room, only: keep_room
   implicit none (type, external)
   private
 
@@ -206,6 +207,7 @@ contains
       end if
     end if
     sim%clock%displacement = sim%clock%displacement + dt*sim%clock%max_speed
+    call keep_room(sim)
     if (dt < sim%step%attempted_dt) sim%clock%refused = sim%clock%refused + 1
     if (sim%step%signal > 0 .and. status == ended_well) then
       status = ended_by_signal

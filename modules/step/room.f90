@@ -1,0 +1,244 @@
+! SPDX-License-Identifier: MIT
+!> The room of the metal. J follows the divergence of the grid velocity, and positions the velocity
+!> itself: below the size of a cell the two part, and where metal shears past a tool for long it
+!> packs in some places and opens in others. The fill of a node is the volume of the particles with
+!> its weights, and that of the tools, over the volume of the node. Stirred metal moves down the
+!> gradient of the fill, as by diffusion. Positions alone change: momentum and energy are kept.
+!>
+!> A free surface must neither spread nor attract: near open nodes, less than half full, the fill
+!> counts only where metal is packed more than disorder of particles explains.
+module step_room
+  use base_kinds, only: i8, nlane, rp
+  use boundary_symmetry, only: r_momentum, reflect
+  use mpm_blocks, only: gather_lanes, weights_of
+  use particles_store, only: f_jac, f_mass, f_plastic, f_pos
+  use simulation_nodes, only: clear_nodes
+  use simulation_parts, only: simulation_t
+  use tools_tool, only: tool_t
+  use transfer_gather, only: gather_block, lanes_t
+  use transfer_scatter, only: p2g_values_block
+  implicit none (type, external)
+  private
+
+  public :: keep_room
+
+  ! Lanes of a nodal record: excess of the fill over 1, 1 at an open node.
+  integer, parameter :: l_excess = 1, l_open = 2
+
+  integer(i8), parameter :: interval = 10        !! steps between two corrections
+  real(rp), parameter :: diffusivity = 0.1_rp    !! per correction [cells2]; 0.5 is unstable
+  real(rp), parameter :: open_fill = 0.5_rp      !! fill below which a node is open: every node
+                                                 !! beyond a plane surface is
+  real(rp), parameter :: disorder = 0.1_rp       !! excess of the fill by disorder of particles
+  real(rp), parameter :: stirred = 3.0_rp        !! plastic strain above which metal moves
+  real(rp), parameter :: most = 0.02_rp          !! largest displacement of a correction [cells]
+  real(rp), parameter :: reach = 1.5_rp          !! half support of a weight function [cells]
+
+contains
+
+  !> Collective, between two steps. Move stirred metal towards equal fill.
+  subroutine keep_room(sim)
+    type(simulation_t), intent(inout) :: sim
+    integer :: b, i
+
+    if (.not. sim%scene%method%shows_motion) return        ! no metal, or not FLIP
+    if (modulo(sim%clock%step, interval) /= 0_i8) return
+    if (sim%world%all_true(.not. has_stirred(sim))) return
+    associate (g => sim%nodes%g2, mark => sim%nodes%g)
+      call clear_nodes(sim%nodes, g)
+      call clear_nodes(sim%nodes, mark)
+      do i = 1, sim%particles%n_mapped   ! including sleepers that share nodes with awake particles
+        b = turn_of(sim, i)
+        call add_volumes(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
+                         sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, 1))
+      end do
+      call find_excess(sim, g(:, :, 1))
+      do i = 1, sim%particles%n_mapped
+        b = turn_of(sim, i)
+        call mark_surface(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
+                          sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, 1), mark(:, :, 1))
+      end do
+      call free_surface(sim, g(:, :, 1), mark(:, :, 1))
+      do i = 1, sim%particles%n_awake
+        b = turn_of(sim, i)
+        if (.not. is_stirred(sim, b)) cycle
+        call move_block(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
+                        sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, 1))
+      end do
+    end associate
+    sim%clock%displacement = sim%clock%displacement + most*sim%scene%grid%longest()
+  end subroutine keep_room
+
+  !> Block `i` of those that contribute mass, awake ones in their order.
+  pure integer function turn_of(sim, i) result(b)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: i
+
+    b = i
+    if (i <= sim%particles%n_awake) b = sim%particles%turn(i)
+  end function turn_of
+
+  !> True if this rank has stirred metal that is awake.
+  pure logical function has_stirred(sim)
+    type(simulation_t), intent(in) :: sim
+    integer :: i
+
+    has_stirred = .false.
+    do i = 1, sim%particles%n_awake
+      has_stirred = is_stirred(sim, sim%particles%turn(i))
+      if (has_stirred) return
+    end do
+  end function has_stirred
+
+  !> True if block `b` has stirred metal.
+  pure logical function is_stirred(sim, b)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: b
+
+    associate (body => sim%scene%body(sim%particles%body(b)))
+      is_stirred = .not. body%is_rigid() .and. allocated(sim%scene%material(body%material)%flow)
+    end associate
+    if (is_stirred) is_stirred = any(sim%particles%ps(:sim%particles%count(b), f_plastic, b) &
+                                     > stirred)
+  end function is_stirred
+
+  !> Add the volumes of a block to lane 1 of the nodes.
+  subroutine add_volumes(sim, body, n, nf, ps, rec, g)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: body, n, nf
+    real(rp), intent(in) :: ps(nlane, nf)
+    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, sim%nodes%patch%nn)
+    integer :: first(nlane)
+    real(rp) :: w(nlane, 18)
+
+    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
+    rec(1:4, 1, :) = 0.0_rp
+    rec(1, 1, :) = ps(:, f_mass)*ps(:, f_jac)/sim%scene%material(sim%scene%body(body)%material)%rho
+    call p2g_values_block(n, w, first, rec, sim%nodes%patch%stride, sim%nodes%patch%nn, g)
+  end subroutine add_volumes
+
+  !> Collective. From the volumes of the particles: the excess of the fill over 1, and the open
+  !> nodes.
+  subroutine find_excess(sim, g)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
+    real(rp) :: excess, h(3), lost(8, size(sim%scene%symmetry)), x(3)
+    integer :: i, k, r
+
+    lost = 0.0_rp
+    call reflect(sim, r_momentum, g, lost)
+    call sim%nodes%halo%sum(sim%world, 8, sim%nodes%patch%nn, g)
+    associate (planes => sim%boundary%mirrors%plane)
+      do i = 1, size(planes, 2)
+        g(1, planes(1, i)) = 2.0_rp*g(1, planes(1, i))   ! the other half of the node is its image
+      end do
+    end associate
+    do r = 1, sim%nodes%n_ranges
+      do i = sim%nodes%range(1, r), sim%nodes%range(2, r)
+        x = sim%nodes%patch%position(i)
+        h = sim%nodes%patch%edges_at(x)
+        excess = g(1, i)/product(h) - 1.0_rp
+        do k = 1, size(sim%tool)
+          excess = excess + covered_part(sim%tool(k), h, x)
+        end do
+        g(l_excess, i) = excess
+        g(l_open, i) = merge(1.0_rp, 0.0_rp, excess < open_fill - 1.0_rp)
+      end do
+    end do
+    call mirror(sim, g)
+  end subroutine find_excess
+
+  !> Set the nodes behind walls to the values of their mirror nodes.
+  pure subroutine mirror(sim, g)
+    type(simulation_t), intent(in) :: sim
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
+    integer :: i
+
+    associate (pair => sim%boundary%mirrors%pair)
+      do i = sim%boundary%mirrors%n_pairs, 1, -1
+        g(:, pair(1, i)) = g(:, pair(2, i))
+      end do
+    end associate
+  end subroutine mirror
+
+  !> Mark the nodes of the particles that reach an open node.
+  subroutine mark_surface(sim, body, n, nf, ps, rec, g, mark)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: body, n, nf
+    real(rp), intent(in) :: ps(nlane, nf), g(8, sim%nodes%patch%nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane), mark(8, sim%nodes%patch%nn)
+    integer :: first(nlane)
+    real(rp) :: u(nlane, 1), w(nlane, 18)
+
+    call gather_lanes(sim%scene, sim%nodes, body, n, nf, ps, l_open, 1, g, rec, w, first, u)
+    if (.not. any(u(:n, 1) > 0.0_rp)) return
+    rec(1:4, 1, :) = 0.0_rp
+    rec(1, 1, :n) = merge(1.0_rp, 0.0_rp, u(:n, 1) > 0.0_rp)
+    call p2g_values_block(n, w, first, rec, sim%nodes%patch%stride, sim%nodes%patch%nn, mark)
+  end subroutine mark_surface
+
+  !> Collective. Marked nodes attract nothing, and repel only what disorder does not explain.
+  subroutine free_surface(sim, g, mark)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn), mark(8, sim%nodes%patch%nn)
+    real(rp) :: lost(8, size(sim%scene%symmetry))
+    integer :: i, r
+
+    lost = 0.0_rp
+    call reflect(sim, r_momentum, mark, lost)
+    call sim%nodes%halo%sum(sim%world, 8, sim%nodes%patch%nn, mark)
+    do r = 1, sim%nodes%n_ranges
+      do i = sim%nodes%range(1, r), sim%nodes%range(2, r)
+        if (mark(1, i) > 0.0_rp) g(l_excess, i) = max(0.0_rp, g(l_excess, i) - disorder)
+      end do
+    end do
+    call mirror(sim, g)
+  end subroutine free_surface
+
+  !> Part of the weight function of the node at `x` that a tool covers: the mean over eight points
+  !> that carry half of the variance of the function, h2/4 along each axis, each with the rest.
+  real(rp) function covered_part(tool, h, x) result(part)
+    type(tool_t), intent(in) :: tool
+    real(rp), intent(in) :: h(3), x(3)                 !! edges of the cell, position [m]
+    real(rp), parameter :: sigma = sqrt(0.125_rp)
+    real(rp) :: d, length
+    integer :: i, j, k
+
+    part = 0.0_rp
+    length = maxval(h)
+    d = tool%clearance(x)
+    if (d > reach*length) return
+    part = 1.0_rp
+    if (d < -reach*length) return
+    part = 0.0_rp
+    do i = -1, 1, 2
+      do j = -1, 1, 2
+        do k = -1, 1, 2
+          d = tool%clearance(x + sigma*h*real([i, j, k], rp))
+          part = part + 0.0625_rp*erfc(d/(sqrt(2.0_rp)*sigma*length))
+        end do
+      end do
+    end do
+  end function covered_part
+
+  !> Move the stirred particles of a block.
+  subroutine move_block(sim, body, n, nf, ps, rec, g)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: body, n, nf
+    real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
+    real(rp), intent(in) :: g(8, sim%nodes%patch%nn)
+    real(rp) :: h(3), none(nlane, 0), slope(nlane, 3), step(3), v(nlane, 1), w(nlane, 18)
+    integer :: first(nlane), p
+
+    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
+    call gather_block(lanes_t(sloped=l_excess, n_sloped=1, plain=1, n_plain=0), n, w, first, &
+                      sim%nodes%patch%stride, sim%nodes%patch%nn, g, rec, v, slope, none)
+    do p = 1, n
+      if (ps(p, f_plastic) <= stirred) cycle
+      h = sim%nodes%patch%edges_at(ps(p, f_pos:f_pos + 2))
+      step = max(-most, min(most, diffusivity*h*slope(p, :)))
+      ps(p, f_pos:f_pos + 2) = ps(p, f_pos:f_pos + 2) - h*step
+    end do
+  end subroutine move_block
+
+end module step_room
