@@ -98,6 +98,7 @@ def test_man_page_has_no_errors():
         (["stirpoint", "--keys", "="], {"markdown", "TOOL", "HEAT"}),
         (["stirpoint", "my.nml", "--set", "TO"], {"TOOL."}),
         (["stirpoint", "my.nml", "--set", "TOOL(2).FRICTION_L"], {"TOOL(2).FRICTION_LAW="}),
+        (["stirpoint", "my.nml", "--set", "tool.friction_l"], {"TOOL.FRICTION_LAW="}),
         (["stirpoint", "m"], {"my.nml"}),
         (["stirpoint", "--restart", "my_"], {"my_checkpoint.h5"}),
     ],
