@@ -25,13 +25,13 @@ module step_room
   ! Lanes of a nodal record: excess of the fill over 1, 1 at an open node.
   integer, parameter :: l_excess = 1, l_open = 2
 
-  integer(i8), parameter :: interval = 10        !! steps between two corrections
-  real(rp), parameter :: diffusivity = 0.1_rp    !! per correction [cells2]; 0.5 is unstable
+  integer(i8), parameter :: interval = 20        !! steps between two corrections
+  real(rp), parameter :: diffusivity = 0.2_rp    !! per correction [cells2]; 0.5 is unstable
   real(rp), parameter :: open_fill = 0.5_rp      !! fill below which a node is open: every node
                                                  !! beyond a plane surface is
   real(rp), parameter :: disorder = 0.1_rp       !! excess of the fill by disorder of particles
   real(rp), parameter :: stirred = 3.0_rp        !! plastic strain above which metal moves
-  real(rp), parameter :: most = 0.02_rp          !! largest displacement of a correction [cells]
+  real(rp), parameter :: most = 0.04_rp          !! largest displacement of a correction [cells]
   real(rp), parameter :: reach = 1.5_rp          !! half support of a weight function [cells]
 
 contains
