@@ -25,15 +25,15 @@ def sheet(voids: Voids):
     strain = np.zeros(len(flow.x)) if strain is None else strain
     came = flow.way.side(flow.x0) * look.MM
     wide = 1.15 * flow.way.radius * look.MM
-    high = 2.0 * flow.spacing + max(flow.face, np.quantile(flow.x[flow.whole, 2], 0.999))
-    row = 4.6 * ((high - flow.low[2]) * look.MM / (2.0 * wide)) + 0.45
-    figure = look.new_figure(10.4, row * len(chosen) + 1.1)
+    high = flow.face + 0.4 * (flow.face - flow.low[2])
+    row = 4.5 * ((high - flow.low[2]) * look.MM / (2.0 * wide)) + 0.45
+    figure = look.new_figure(10.4, row * len(chosen) + 1.4)
     panels = figure.subplots(len(chosen), 2, sharex=True, sharey=True, squeeze=False)
     kinds = ((strain.clip(STRAINS[0]), look.STRAIN, LogNorm(*STRAINS)),
-             (came, look.part_of("RdBu", 0.05, 0.95), Normalize(-0.6 * wide, 0.6 * wide)))
+             (came, look.part_of("Spectral", 0.0, 1.0), Normalize(-0.6 * wide, 0.6 * wide)))
     drawn = [None, None]
     for line, k in zip(panels, chosen):
-        slab = np.abs(voids.place[:, 0] - s[k]) <= 0.5 * flow.spacing * (1 + 1e-6)
+        slab = np.abs(voids.place[:, 0] - s[k]) <= flow.spacing * (1 + 1e-6)
         half = 0.5 * np.cbrt(flow.volume[slab]) * look.MM
         for column, (values, colours, norm) in enumerate(kinds):
             panel = line[column]
@@ -48,6 +48,6 @@ def sheet(voids: Voids):
     positive = "advancing side" if flow.way.advancing is not None else "left"
     for panel in panels[-1]:
         panel.set_xlabel(f"from the way [mm], positive: {positive}")
-    figure.colorbar(drawn[0], ax=panels[:, 0], location="bottom", label="equivalent plastic strain [1]", extend="both", aspect=40)
-    figure.colorbar(drawn[1], ax=panels[:, 1], location="bottom", label=f"metal was at first at [mm], positive: {positive}", extend="both", aspect=40)
+    figure.colorbar(drawn[0], ax=panels[:, 0], location="bottom", label="equivalent plastic strain [1]", extend="both", aspect=40, fraction=0.03, pad=0.01)
+    figure.colorbar(drawn[1], ax=panels[:, 1], location="bottom", label=f"metal was at first at [mm], positive: {positive}", extend="both", aspect=40, fraction=0.03, pad=0.01)
     return figure

@@ -80,7 +80,11 @@ class Voids:
         self.place = np.column_stack([way.progress(flow.x), way.side(flow.x), flow.x[:, 2]])
         self.particles = self.until * 2.0 * way.radius * (self.lid - flow.low[2]) / h**3
         self.reach = probe_radius(self.particles)
-        self.open = self.joined(self.found(1.0), self.found(STRETCH))
+        self.open = self.found(1.0) | self.found(STRETCH)
+        kept = s < self.until - self.reach * h  # beyond, no ball fits before the end
+        if not kept.any():
+            raise NoRun("the track behind the tool is shorter than what is resolved")
+        self.open, self.axes, self.until = self.open[kept], (s[kept], n, z), self.until - self.reach * h
         if flow.cavity is not None:
             self.open &= ~flow.cavity.holds(self.points()).reshape(self.open.shape)
         self.all = self.listed()
@@ -107,16 +111,6 @@ class Voids:
         away = distance_transform_edt(~centres, sampling=self.step * squeeze)
         return away < (self.reach - 0.5) * slender * self.edge
 
-    @staticmethod
-    def joined(ball: np.ndarray, slender: np.ndarray) -> np.ndarray:
-        """Both; in a hole of a section that the ball has found, the ball alone counts."""
-        found = ball.copy()
-        for k in range(len(ball)):
-            both, number = label(ball[k] | slender[k])
-            seen = np.unique(both[ball[k]]) if number else []
-            found[k] |= slender[k] & ~np.isin(both, seen)
-        return found
-
     def points(self) -> np.ndarray:
         """Places of the raster (n, 3) [m]."""
         way = self.flow.way
@@ -132,19 +126,14 @@ class Voids:
         found = []
         for number, box in enumerate(find_objects(self.labels), 1):
             own = self.labels[box] == number
-            k, area = self.largest_section(own)
+            areas = own.sum(axis=(1, 2)) * self.step**2
+            k = int(areas.argmax())
             j, i = np.nonzero(own[k])
             z0, z1 = box[2].start, box[2].stop
-            # disorder and cells do not show a skin thinner than a particle's edge
             kind = "open" if z1 == len(z) else "root" if z0 == 0 else "closed"
-            found.append(Void(kind, float(own.sum()) * self.step**3, len(own) * self.step, area, self.coordinate(s[box[0]][k]),
+            found.append(Void(kind, float(own.sum()) * self.step**3, len(own) * self.step, float(areas[k]), self.coordinate(s[box[0]][k]),
                               self.flow.face - float(z[box[2]][i].mean()), float(n[box[1]][j].mean())))
         return sorted(found, key=lambda void: -void.area)
-
-    def largest_section(self, own: np.ndarray) -> tuple[int, float]:
-        """Which section of a void has the largest area, and this area [m2]."""
-        areas = own.sum(axis=(1, 2)) * self.step**2
-        return int(areas.argmax()), float(areas.max())
 
     def coordinate(self, s: float) -> float:
         way = self.flow.way

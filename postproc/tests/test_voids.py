@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: MIT
+"""Voids of plates with holes of known size, on a lattice and among disordered particles."""
+
+import numpy as np
+import pytest
+import synthetic
+
+from stirpost import alarms, flow, summary, targets, voids
+from stirpost.run import Run
+
+H = 1e-3
+SIZE = np.array([0.060, 0.030, 0.012])
+RADIUS, PIN = 8e-3, 3e-3
+MIDDLE = SIZE[1] / 2
+INPUT = f"&BODY NAME = 'plate' /\n&TOOL NAME = 'tool', RADIUS = {RADIUS}, PIN_RADIUS = {PIN} /\n"
+
+
+def disordered(kind, random):
+    """Particles of a plate: on a lattice, shifted at random by half an edge (standard deviation), or at random
+    places (a Poisson process, the worst of disorders)."""
+    x = synthetic.lattice(H, SIZE)
+    if kind == "lattice":
+        return x
+    if kind == "shifted":
+        x = x + random.normal(0.0, 0.5 * H, x.shape)
+        return np.abs(np.where(x > SIZE, 2 * SIZE - x, x))
+    return random.uniform(0.0, 1.0, x.shape) * SIZE
+
+
+def weld(tmp_path, hole, kind="lattice", seed=1, spin=1.0, along=0, sink=0.0, fields=None):
+    """A run whose tool went from x = 10 to 50 mm (or backwards) and whose metal lacks what is in the hole."""
+    random = np.random.default_rng(seed)
+    directory = tmp_path / f"w{seed}.out"
+    directory.mkdir()
+    start = synthetic.lattice(H, SIZE)
+    ids = np.arange(1, len(start) + 1)
+    x = disordered(kind, random)
+    there = ~hole(x)
+    for k, (time, chosen, points) in enumerate(((0.0, ids, start), (10.0, ids[there], x[there]))):
+        values = {"id": chosen, "body": np.ones(len(chosen), dtype=np.int32), "plastic_strain": np.full(len(chosen), 3.0 * k)}
+        synthetic.write_frame(directory / f"w{seed}_{k:06d}.hdf", points, values, time, input_text=INPUT,
+                              attributes={"spacing": [H], "cell": 2 * H, "body_names": np.array([b"plate"])})
+    t = np.linspace(0.0, 10.0, 41)
+    way = 10e-3 + 4e-3 * t if not along else 50e-3 - 4e-3 * t
+    rows = [",".join(f"{v:.9g}" for v in (a, 5.0, 10.0, 0.0, 900.0, 100.0, p, MIDDLE, SIZE[2] - sink, spin * 100.0 * a)) for a, p in zip(t, way)]
+    heading = "time[s],tool_torque[Nm],tool_force_x[N],tool_force_y[N],tool_force_z[N],tool_power[W],tool_x[m],tool_y[m],tool_z[m],tool_angle[rad]"
+    (directory / f"w{seed}_history.csv").write_text("\n".join([heading, *rows]) + "\n")
+    return Run(directory)
+
+
+def cylinder(y, z, r):
+    return lambda x: np.hypot(x[:, 1] - y, x[:, 2] - z) < r
+
+
+KINDS = ("lattice", "shifted", "random")
+TOLERANCE = {"lattice": 0.5, "shifted": 1 / 6, "random": 1 / 6}  # of radii, in spacings
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("seed", (1, 2, 3))
+def test_disorder_makes_no_voids(tmp_path, kind, seed):
+    """Exact: sound metal has none, even with particles at random places, where a ball of a spacing is empty in many places."""
+    run = weld(tmp_path, lambda x: x[:, 0] < -1, kind, seed)
+    found = run.flow().voids
+    assert not found.all and found.verdict()[0] == "green"
+    assert "weld is closed" in found.verdict()[1]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("seed", (1, 2))
+def test_tunnels(tmp_path, kind, seed):
+    """A cylinder along the track, anywhere: its mean radius within a sixth of a spacing, half a spacing on a lattice; place, depth, side, length, light."""
+    random = np.random.default_rng(10 + seed)
+    r = random.uniform(1.5, 3.0) * H
+    y, z = MIDDLE + random.choice([-1, 1]) * random.uniform(1.0, 3.0) * H, random.uniform(r + 2 * H, SIZE[2] - r - 2 * H)
+    spin, back = random.choice([-1.0, 1.0]), int(random.integers(2))
+    run = weld(tmp_path, cylinder(y, z, r), kind, seed, spin, back)
+    found = run.flow().voids
+    worst = found.all[0]
+    mean = worst.volume / worst.length
+    assert np.sqrt(mean / np.pi) == pytest.approx(r, abs=TOLERANCE[kind] * H)
+    assert worst.kind == "closed" and found.verdict()[0] == "red" and "a tunnel of" in found.verdict()[1]
+    advancing = (y > MIDDLE) == (spin * (1 - 2 * back) > 0)
+    assert found.side(worst) == f"on the {'advancing' if advancing else 'retreating'} side"
+    assert worst.depth == pytest.approx(SIZE[2] - z, abs=0.5 * H)
+    assert abs(worst.offset) == pytest.approx(abs(y - MIDDLE), abs=0.5 * H)
+    assert worst.length == pytest.approx(found.until, abs=H)
+    assert worst.area >= mean and len(found.all) == 1
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_where_a_hole_ends(tmp_path, kind):
+    """A slit open to the top is a groove, a cylinder that touches the bottom lacks fill at the root; their sections within a third of a spacing all round."""
+    slit = lambda x: (np.abs(x[:, 1] - MIDDLE) < 2 * H) & (x[:, 2] > 5 * H)
+    root = lambda x: np.abs(x[:, 1] - MIDDLE + 2 * H) + np.maximum(0, x[:, 2] - 3 * H) < 2 * H
+    for seed, hole, name, area in ((1, slit, "open", 4 * 7.0), (2, root, "root", 4 * 3.0 + 4.0)):
+        found = weld(tmp_path, hole, kind, seed).flow().voids
+        assert found.all[0].kind == name and found.verdict()[0] == "red"
+        assert found.all[0].volume / found.all[0].length * 1e6 == pytest.approx(area, abs=18.0 / 3), name
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_sphere_is_a_pore(tmp_path, kind):
+    """Its radius, from its volume, within half a spacing; amber, as it is shorter than the pin is wide."""
+    r, middle = 2.3 * H, np.array([0.03, MIDDLE + 2 * H, 6e-3])
+    found = weld(tmp_path, lambda x: np.linalg.norm(x - middle, axis=1) < r, kind).flow().voids
+    (pore,) = found.all
+    assert np.cbrt(0.75 * pore.volume / np.pi) == pytest.approx(r, abs=0.5 * H)
+    assert pore.at == pytest.approx(0.03, abs=H) and found.verdict()[0] == "amber" and "a pore" in found.verdict()[1]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_is_resolved(tmp_path, kind):
+    """A tunnel half a spacing wider than the smallest is found; a face that went in evenly is no groove."""
+    track = weld(tmp_path, lambda x: x[:, 2] > SIZE[2] - H, kind, sink=H).flow().voids
+    assert not track.all
+    r = np.sqrt(track.smallest["smallest_tunnel_of_particles[m2]"] / np.pi) + 0.5 * H
+    assert weld(tmp_path, cylinder(MIDDLE, 6.1e-3, r), kind, 2).flow().voids.all
+    assert track.resolved == pytest.approx(np.pi * H**2)  # a disc a cell wide
+
+
+def test_everywhere_the_same(tmp_path, capsys):
+    """The check, the sentence on torque, the columns of studies, targets, flow and the page say the same."""
+    run = weld(tmp_path, cylinder(MIDDLE + 2 * H, 6e-3, 2 * H))
+    track = voids.of_run(run)
+    (check,) = [c for c in run.checks() if c.name == "weld"]
+    assert check.level == "red" and "Torque and force" in check.text and check.text in alarms.alarms(run)
+    found = summary.measures(run)
+    assert found["void, largest section [mm2]"] == pytest.approx(track.all[0].area * 1e6)
+    assert found["voids [mm3]"] == pytest.approx(track.all[0].volume * 1e9)
+    assert targets.read("void_area[mm2]=0,1", run).of(run) == pytest.approx(track.all[0].area)
+    assert flow.main([str(run.directory)]) == 0
+    assert "voids behind the tool" in capsys.readouterr().out
+    assert (run.directory / "report/flow_voids.png").stat().st_size > 5000
