@@ -39,7 +39,7 @@ def test_a_sound_run_is_green(run):
     give(run, inertial_stress_over_flow=(2.0, "%"), sleep_loss=(-1e-4, "J"))
     found = alarms.checks(run)
     assert {check.name: check.value for check in found} == {
-        "run": "ended at 12.00 s", "energy audit": "0.4 %", "inertial stress": "2 % of the flow stress", "melting": "none",
+        "weld": "closed", "run": "ended at 12.00 s", "energy audit": "0.4 %", "inertial stress": "2 % of the flow stress", "melting": "none",
         "cells over the radius of the tool": "6", "loss by sleep": found[-1].value}
     assert {check.level for check in found} == {alarms.GREEN} and not alarms.alarms(run)
     assert alarms.verdict(found) == ("green", "The figures may be trusted: all checks are passed.")
@@ -95,12 +95,12 @@ def test_the_first_line_of_the_page(run, monkeypatch):
     path.write_text("\n".join(lines) + "\n")
     assert cli.main(["report", str(run.directory)]) == 0
     page = (run.directory / "report/report.html").read_text()
-    words = re.search(r'</h1>\n<p class="weld">Pass of plate .*<strong class="([a-z]+)">([^<]*)</strong></p>\n<p class="checks">(.*)</p>', page)
+    words = re.search(r'</h1>\n<p class="weld"><strong class="green">The weld is closed: [^<]*</strong></p>\n<p class="weld">Pass of plate .*<strong class="([a-z]+)">([^<]*)</strong></p>\n<p class="checks">(.*)</p>', page)
     assert words and words[1] == "red" and "inertial stress" in words[2]
     assert page.index('class="weld"') < page.index("<nav>") < page.index('class="process"')
     links = re.findall(r'<a class="(\w+)" href="#(c\d+)">([^<]*)</a>', words[3])
-    assert len(links) == words[3].count("<a ") == 5
+    assert len(links) == words[3].count("<a ") == 6
     titles = dict(re.findall(r'<section id="(c\d+)"><h2>([^<]*)</h2>', page))
     assert {text.split(":")[0]: titles[to] for _, to, text in links} == {
-        "run": "Over time", "energy audit": "Over time", "inertial stress": "Over time", "melting": "Temperature", "cells over the radius of the tool": "Input"}
+        "weld": "Voids", "run": "Over time", "energy audit": "Over time", "inertial stress": "Over time", "melting": "Temperature", "cells over the radius of the tool": "Input"}
     assert "<td>debris</td><td>" in page

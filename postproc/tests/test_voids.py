@@ -27,7 +27,7 @@ def disordered(kind, random):
     return random.uniform(0.0, 1.0, x.shape) * SIZE
 
 
-def weld(tmp_path, hole, kind="lattice", seed=1, spin=1.0, along=0, sink=0.0, fields=None):
+def weld(tmp_path, hole, kind="lattice", seed=1, spin=1.0, along=0, sink=0.0):
     """A run whose tool went from x = 10 to 50 mm (or backwards) and whose metal lacks what is in the hole."""
     random = np.random.default_rng(seed)
     directory = tmp_path / f"w{seed}.out"
