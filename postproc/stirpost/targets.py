@@ -131,4 +131,4 @@ def table() -> str:
     """The measures as text."""
     rows = [(name, unit, words) for name, (unit, words, _) in MEASURES.items()]
     rows += [(f"{name}@X", unit, words) for name, (unit, words, _) in AT.items()] + list(OTHERS)
-    return "\n".join(f"{name:22} {unit:10} {words}" for name, unit, words in rows)
+    return "\n".join(f"{name:24} {unit:10} {words}" for name, unit, words in rows)
