@@ -5,7 +5,7 @@ module contact_body_kept
   use base_kinds, only: rp
   use contact_body_near, only: far_distance
   use grid_geometry, only: patch_t
-  use simulation_node_pairs, only: n_kept, node_pairs_t
+  use simulation_node_pairs, only: min_weight, n_kept, node_pairs_t
   use simulation_nodes, only: min_node_mass, nodes_t
   use simulation_scene, only: scene_t
   use transfer_weights, only: point_nodes
@@ -92,7 +92,7 @@ contains
   end subroutine keep_entries
 
   !> Velocity of a body at `x`, at most two cells from the node at `place`, between its nodes [m/s].
-  !> They count by their mass, as light nodes may be fast.
+  !> Nodes without a particle that counts for the surface do not: they are light and may be fast.
   pure function velocity_near(nodes, place, x, g) result(v)
     type(nodes_t), intent(in) :: nodes
     real(rp), intent(in) :: place(3), x(3), g(8, nodes%patch%nn)
@@ -102,7 +102,7 @@ contains
 
     call point_nodes(max(place - reach, min(place + reach, nodes%patch%linear_place(x))), &
                      nodes%patch%stride, 8, min_node_mass, nodes%patch%nn, g, q, weight)
-    weight = weight*g(8, q)
+    where (g(8, q) <= min_weight*maxval(g(8, q))) weight = 0.0_rp
     if (sum(weight) > 0.0_rp) weight = weight/sum(weight)
     do k = 1, 3
       v(k) = sum(weight*g(k, q))

@@ -198,6 +198,7 @@ contains
         associate (t => contact%particle(p))
           call contact%find_nodes(sim%nodes%patch%stride, t)
           if (t%closing_velocity <= 0.0_rp .or. remaps_velocities) t%normal_impulse = 0.0_rp
+          if (remaps_velocities) t%last_friction = 0.0_rp
           mass = 0.0_rp
           mass(m_touching) = t%mass
           if (max(t%closing_velocity, t%edge_closing_velocity) > 0.0_rp) mass(m_pushed) = t%mass

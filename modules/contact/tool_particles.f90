@@ -24,7 +24,7 @@ module contact_tool_particles
   use mpm_blocks, only: weights_of
   use mpm_faces, only: surface_weights
   use mpm_stability, only: wave_speed
-  use particles_store, only: f_bbar, f_jac, f_mass, f_pos
+  use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_rate
   use simulation_nodes, only: nodes_t
   use simulation_parts, only: simulation_t
   use simulation_run, only: clock_t
@@ -165,7 +165,9 @@ contains
                            velocity_at(sim%nodes, particle%first, particle%w, g), particle)) cycle
       force = near%ps(p, sim%scene%layout%tool_force:sim%scene%layout%tool_force + 2)
       particle%normal_impulse = dt*dot_product(force, particle%normal)
-      particle%last_friction = dt*force - particle%normal_impulse*particle%normal
+      particle%last_friction = 0.0_rp   ! metal that flows slips at the strength that it has now
+      if (near%ps(p, f_rate) <= 0.0_rp) particle%last_friction = dt*force &
+        - particle%normal_impulse*particle%normal
       particle%normal_impulse = max(0.0_rp, particle%normal_impulse)
       call sim%contact%add_particle_in_contact(particle)
     end do

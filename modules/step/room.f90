@@ -42,6 +42,7 @@ contains
     integer :: b, i
 
     if (.not. sim%scene%method%shows_motion) return        ! no metal, or not FLIP
+    if (sim%scene%grid%is_graded()) return                 ! the fill is that of equal cells
     if (modulo(sim%clock%step, interval) /= 0_i8) return
     if (sim%world%all_true(.not. has_stirred(sim))) return
     associate (g => sim%nodes%g2, mark => sim%nodes%g)

@@ -141,6 +141,7 @@ def table_of(run: Run, name: str) -> Table:
 def measured(paths: list[Path], unit: str | None, known: Run, start: float | None, end: float | None,
              errors: dict[str, float]) -> list[Curve]:
     """The curves of some files, whose names are columns of the run; all that is wrong is one complaint."""
+    none = "" if known.probes is not None else f", which has no {known.name}_probes.csv"
     columns = {}
     for table in (known.history, known.probes):
         columns |= {} if table is None else {c.name: c.unit for c in table.columns if c.unit in ("K", "N", "Nm", "W")}
@@ -151,7 +152,7 @@ def measured(paths: list[Path], unit: str | None, known: Run, start: float | Non
         for name, own, values in zip(record.names, record.units, record.values.T):
             there = within & np.isfinite(values)
             if name not in columns:
-                wrong.append(f"{path}: {name} is no column of the run: {', '.join(sorted(columns))}")
+                wrong.append(f"{path}: {name} is no column of the run{none}: {', '.join(sorted(columns))}")
             elif own != columns[name]:
                 wrong.append(f"{path}: {name} is in {own}, that of the run in {columns[name]}")
             elif there.sum() < 3:

@@ -104,7 +104,7 @@ def paths(tmp_path_factory):
         for k in range(8):
             kind = ("strain", "shear")[k % 2]
             strain = 10 ** random.uniform(-3, 3 if kind == "strain" else 1)
-            rate, temp = 10 ** random.uniform(-30, 9), float(np.exp(random.uniform(0, np.log(5000))))
+            rate, temp = 10 ** random.uniform(-30, 9), float(np.exp(random.uniform(np.log(77), np.log(5000))))
             if k < 2:
                 rate, temp = 10 ** random.uniform(-30, -6), random.uniform(300, 1200)
             cases[f"{name}-{k}"] = (law, kind, rate, temp)

@@ -175,7 +175,7 @@ def test_histories(small):
     history = small.results("small").history()
     assert history.text.startswith("# Small\n")
     for name in history.names:
-        assert name == "step" or re.fullmatch(r"[A-Za-z0-9_]+\[[^\]]+\]", name), name
+        assert name in ("step", "mass_scaling") or re.fullmatch(r"[A-Za-z0-9_]+\[[^\]]+\]", name), name
     for name in ("time[s]", "kinetic[J]", "elastic[J]", "plastic_work[J]", "tool_work[J]", "friction_heat[J]",
                  "audit_error[%]", "heat_content[J]", "temperature_max[K]", "punch_torque[Nm]", "punch_force_z[N]",
                  "punch_power[W]"):

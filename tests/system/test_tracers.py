@@ -162,12 +162,12 @@ def test_an_extended_run_drops_the_last_rows(run, tmp_path):
     """Exact: rows of the old END that were not due are not in the run that goes on."""
     more = "&TRACER NAME = 'p', POSITION = 1e-3, 1e-3, 1e-3, INTERVAL = 2.1e-5 /\n"
     path = with_tracers(tmp_path, "block", more)
-    half = {"TIME.END": 3.5e-5, "TIME.DT": 7e-8}
+    half = {"TIME.END": 3.5e-5, "TIME.DT": 7e-8, "OUTPUT.HISTORY_INTERVAL": 7e-6}
     results = run(path, "--quiet", sets=half).results("block")
     assert len(tracks(results)[1][1]) == 3
     run(None, "--quiet", "--restart", results.path("_checkpoint.h5"), sets={"TIME.END": 7e-5})
     continued = results.path("_tracers.csv").read_bytes()
-    whole = run(path, "--quiet", "--overwrite", sets={"TIME.DT": 7e-8}).results("block")
+    whole = run(path, "--quiet", "--overwrite", sets=half | {"TIME.END": 7e-5}).results("block")
     assert continued == whole.path("_tracers.csv").read_bytes()
     assert len(tracks(whole)[1][1]) == 5
 

@@ -22,7 +22,7 @@ def largest_hole(points, pin):
 def test_closed_box(tmp_path):
     """A pin that turns and travels in a box that it and the metal fill leaves no slot (disorder alone makes holes of 0.3
     to 0.4 mm2; without the correction 1.6 mm2 after 3.6 mm of way), and its torque is 2 pi r2 k L."""
-    driver.run(driver.ROOT / "tests" / "verification" / "inputs" / "closed_box.nml", "--quiet", directory=tmp_path)
+    driver.run(driver.INPUTS / "closed_box.nml", "--quiet", directory=tmp_path)
     made = driver.Results(tmp_path / "closed_box.out", "closed_box")
     history = made.history()
     points = driver.read_frame(made.path("_000001.hdf"))[0]["x"]

@@ -130,6 +130,6 @@ PROBLEMS = (
     FrictionBlock(),
     FrictionPush(),
     Incline("block", (4, 8), (16,), (4,)),
-    Incline("cylinder", (16, 32), (64,), (16,)),
+    Incline("cylinder", (16, 32), (64,), (20,)),
     Incline("sphere", (4, 8), (16,)),
 )
