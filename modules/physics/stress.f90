@@ -177,7 +177,7 @@ contains
     real(rp), intent(in) :: g
     real(rp), intent(in) :: s(nlane, 6), q(nlane), flow(nlane)   !! trial deviator and stress, flow
                                                                  !! stress of the last step [Pa]
-    real(rp), dimension(nlane), intent(out) :: dd, det           !! D:D/2 and det(D) of the trial
+    real(rp), dimension(nlane), intent(out) :: dd, det           !! Half of D:D and det(D) of the trial
                                                                  !! state
     real(rp), intent(out) :: g3(nlane)                           !! [Pa]
     real(rp) :: a, c, c2, d1, d2, inv_g

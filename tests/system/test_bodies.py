@@ -243,7 +243,8 @@ def test_bar_hits_a_rigid_wall_of_particles(run, tmp_path, shape, speed):
 def test_punch_of_particles_against_a_punch_that_is_a_tool(run, tmp_path, cells):
     """Exact: the force of a box pressed into an elastic block does not depend on how the box is described. A
     box of particles (8 cells wide) acts on the nodes around it, as if about a quarter of a cell wider; the
-    signed-distance one as if an eighth. Both are errors of first order: at most 20 % apart at 8 cells and 13 % at 12;
+    signed-distance one as if an eighth. Both are errors of first order: at most 22 % apart at 8 cells and 15 % at 12, with friction
+    that the tool holds;
     symmetric, power F v."""
     tool = spoiled(
         tmp_path, "press",
@@ -257,7 +258,7 @@ def test_punch_of_particles_against_a_punch_that_is_a_tool(run, tmp_path, cells)
     history = run("press", "--quiet", directory=tmp_path / "particles", sets=sets).results("press").history()
     force = [h["punch_force_z[N]"][-10:].mean() for h in (history, distance)]
     print(force)
-    assert force[0] == pytest.approx(force[1], rel=1.6 / cells)
+    assert force[0] == pytest.approx(force[1], rel=1.75 / cells)
     assert np.abs(history["punch_force_x[N]"]).max() < 1e-9 * force[0]
     assert np.allclose(history["punch_power[W]"][-10:], 2.0 * history["punch_force_z[N]"][-10:], rtol=1e-9)
     assert np.abs(history["audit_error[%]"][-20:]).max() < 1.0
