@@ -177,8 +177,8 @@ contains
     real(rp), intent(in) :: g
     real(rp), intent(in) :: s(nlane, 6), q(nlane), flow(nlane)   !! trial deviator and stress, flow
                                                                  !! stress of the last step [Pa]
-    real(rp), dimension(nlane), intent(out) :: dd, det           !! Half of D:D and det(D) of the trial
-                                                                 !! state
+    !> Half of the double contraction of D with itself and determinant of D, of the trial state.
+    real(rp), dimension(nlane), intent(out) :: dd, det
     real(rp), intent(out) :: g3(nlane)                           !! [Pa]
     real(rp) :: a, c, c2, d1, d2, inv_g
     integer :: p
