@@ -46,7 +46,7 @@ module grid_geometry
     type(grading_t) :: grading(3)   !! grading of each axis
   contains
     procedure :: edges_at => patch_edges_at, is_graded => patch_is_graded, indices, linear_place
-    procedure :: node, position
+    procedure :: node, position, share_of
   end type patch_t
 
   !> Make a grid of cubes, or of cells with three different edges.
@@ -268,6 +268,27 @@ contains
       if (self%grading(a)%is_graded) x(a) = self%grading(a)%middle(ijk(a))
     end do
   end function position
+
+  !> Centre `x` and edges `h` of the part of the room that belongs to the node with storage index
+  !> `q`: first moment and integral of its shape function along each axis [m].
+  pure subroutine share_of(self, q, x, h)
+    class(patch_t), intent(in) :: self
+    integer, intent(in) :: q
+    real(rp), intent(out) :: x(3), h(3)
+    integer :: a, ijk(3)
+
+    x = self%position(q)
+    h = self%h
+    if (.not. self%is_graded()) return
+    ijk = self%indices(q)
+    do a = 1, 3
+      associate (grading => self%grading(a))
+        if (.not. grading%is_graded) cycle
+        x(a) = grading%centre(ijk(a))
+        h(a) = grading%share(ijk(a))
+      end associate
+    end do
+  end subroutine share_of
 
   !> Indices of the node with storage index `q`.
   pure function indices(self, q) result(ijk)

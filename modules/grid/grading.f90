@@ -27,7 +27,8 @@ module grid_grading
     integer, allocatable :: bin(:)       !! span in which each bin of equal length begins
     real(rp) :: inv_bin = 0.0_rp         !! 1/length of a bin [1/m]
   contains
-    procedure :: growth, longest, middle, centre, span_of, spans_of, place, position, linear_place
+    procedure :: growth, longest, middle, centre, share, span_of, spans_of, place, position, &
+      linear_place
     procedure :: mean_place, weights, is_mirrored
   end type grading_t
 
@@ -192,6 +193,14 @@ contains
 
     centre = 0.25_rp*sum(self%edge(i - 1:i + 2))
   end function centre
+
+  !> Length that belongs to node `i`: the integral of its shape function [m].
+  pure real(rp) function share(self, i)
+    class(grading_t), intent(in) :: self
+    integer, intent(in) :: i
+
+    share = (self%edge(i + 2) - self%edge(i - 1))/3.0_rp
+  end function share
 
   !> Span that contains `x`; the first or last one beyond the ends.
   pure integer function span_of(self, x)

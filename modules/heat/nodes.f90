@@ -3,7 +3,6 @@
 module heat_nodes
   use base_kinds, only: nlane, rp
   use boundary_symmetry, only: r_flux, r_heat, r_temperature, r_warming, reflect, restore
-  use grid_geometry, only: mean_edge
   use heat_exchange, only: add_conductances, add_exchange, exchange_t, films_need_pressure
   use heat_gaps, only: add_gap_conductances, add_gap_fluxes, gaps_t
   use mpm_blocks, only: weights_of
@@ -259,19 +258,20 @@ contains
   end subroutine sum_flux
 
   !> Fraction by which differences of particle temperatures that the grid does not resolve are
-  !> smoothed in a conduction step: z/(1 + z) with z = c kappa dt/spacing^2, as in an implicit step.
+  !> smoothed in a conduction step: z/(1 + z) with z = c kappa dt/spacing^2, as in an implicit step,
+  !> along the axis of the least spacing, where heat spreads first.
   pure function smoothed_fraction(scene, body, dt, nf, ps) result(part)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body, nf
     real(rp), intent(in) :: dt                  !! time step [s]
     real(rp), intent(in) :: ps(nlane, nf)
-    real(rp) :: part(nlane), spacing(nlane)
+    real(rp) :: part(nlane), spacing(nlane)     !! part, least spacing of the particle [m]
     integer :: p
 
-    spacing = scene%body(body)%mean_spacing()
+    spacing = minval(scene%body(body)%spacing)
     if (scene%grid%is_graded()) then
       do p = 1, nlane
-        spacing(p) = mean_edge(scene%spacing_of(body, ps(p, :)))
+        spacing(p) = minval(scene%spacing_of(body, ps(p, :)))
       end do
     end if
     associate (mat => scene%material(scene%body(body)%material), temp => ps(:, f_temp))

@@ -30,9 +30,9 @@ module step_room
   real(rp), parameter :: open_fill = 0.5_rp      !! fill below which a node is open: every node
                                                  !! beyond a plane surface is
   real(rp), parameter :: disorder = 0.1_rp       !! excess of the fill by disorder of particles
-  real(rp), parameter :: stirred = 3.0_rp        !! plastic strain above which metal moves
+  real(rp), parameter :: stirred = 3.0_rp       !! plastic strain above which metal moves
   real(rp), parameter :: most = 0.04_rp          !! largest displacement of a correction [cells]
-  real(rp), parameter :: reach = 1.5_rp          !! half support of a weight function [cells]
+  real(rp), parameter :: reach = 1.5_rp          !! half support of a shape function [cells]
 
 contains
 
@@ -42,7 +42,6 @@ contains
     integer :: b, i
 
     if (.not. sim%scene%method%shows_motion) return        ! no metal, or not FLIP
-    if (sim%scene%grid%is_graded()) return                 ! the fill is that of equal cells
     if (modulo(sim%clock%step, interval) /= 0_i8) return
     if (sim%world%all_true(.not. has_stirred(sim))) return
     associate (g => sim%nodes%g2, mark => sim%nodes%g)
@@ -136,8 +135,7 @@ contains
     end associate
     do r = 1, sim%nodes%n_ranges
       do i = sim%nodes%range(1, r), sim%nodes%range(2, r)
-        x = sim%nodes%patch%position(i)
-        h = sim%nodes%patch%edges_at(x)
+        call sim%nodes%patch%share_of(i, x, h)
         excess = g(1, i)/product(h) - 1.0_rp
         do k = 1, size(sim%tool)
           excess = excess + covered_part(sim%tool(k), h, x)
@@ -196,27 +194,27 @@ contains
     call mirror(sim, g)
   end subroutine free_surface
 
-  !> Part of the weight function of the node at `x` that a tool covers: the mean over eight points
-  !> that carry half of the variance of the function, h2/4 along each axis, each with the rest.
+  !> Part of the room of a node that a tool covers, with the weights of the node: the mean over
+  !> eight points that carry half of the variance of the shape function, h2/4 along each axis, each
+  !> with the rest.
   real(rp) function covered_part(tool, h, x) result(part)
     type(tool_t), intent(in) :: tool
-    real(rp), intent(in) :: h(3), x(3)                 !! edges of the cell, position [m]
+    real(rp), intent(in) :: h(3), x(3)                 !! edges and centre of the room [m]
     real(rp), parameter :: sigma = sqrt(0.125_rp)
-    real(rp) :: d, length
+    real(rp) :: d, edge_distance, n(3)
     integer :: i, j, k
 
     part = 0.0_rp
-    length = maxval(h)
     d = tool%clearance(x)
-    if (d > reach*length) return
+    if (d > reach*maxval(h)) return
     part = 1.0_rp
-    if (d < -reach*length) return
+    if (d < -reach*maxval(h)) return
     part = 0.0_rp
     do i = -1, 1, 2
       do j = -1, 1, 2
         do k = -1, 1, 2
-          d = tool%clearance(x + sigma*h*real([i, j, k], rp))
-          part = part + 0.0625_rp*erfc(d/(sqrt(2.0_rp)*sigma*length))
+          call tool%distance(x + sigma*h*real([i, j, k], rp), d, n, edge_distance)
+          part = part + 0.0625_rp*erfc(d/(sqrt(2.0_rp)*sigma*norm2(n*h)))
         end do
       end do
     end do
@@ -228,8 +226,8 @@ contains
     integer, intent(in) :: body, n, nf
     real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
     real(rp), intent(in) :: g(8, sim%nodes%patch%nn)
-    real(rp) :: h(3), none(nlane, 0), slope(nlane, 3), step(3), v(nlane, 1), w(nlane, 18)
-    integer :: first(nlane), p
+    real(rp) :: h(3), half, none(nlane, 0), slope(nlane, 3), step(3), v(nlane, 1), w(nlane, 18)
+    integer :: first(nlane), k, p
 
     call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
     call gather_block(lanes_t(sloped=l_excess, n_sloped=1, plain=1, n_plain=0), n, w, first, &
@@ -237,9 +235,26 @@ contains
     do p = 1, n
       if (ps(p, f_plastic) <= stirred) cycle
       h = sim%nodes%patch%edges_at(ps(p, f_pos:f_pos + 2))
-      step = max(-most, min(most, diffusivity*h*slope(p, :)))
-      ps(p, f_pos:f_pos + 2) = ps(p, f_pos:f_pos + 2) - h*step
+      step = -h*max(-most, min(most, diffusivity*h*slope(p, :)))
+      do k = 1, size(sim%tool)
+        half = 0.5_rp*ps(p, sim%scene%layout%surface_offset) &
+               *maxval(sim%scene%spacing_of(body, ps(p, :)))
+        call stop_at(sim%tool(k), ps(p, f_pos:f_pos + 2), half, step)
+      end do
+      ps(p, f_pos:f_pos + 2) = ps(p, f_pos:f_pos + 2) + step
     end do
   end subroutine move_block
+
+  !> Shorten a displacement so that the surface of a particle does not enter a tool.
+  pure subroutine stop_at(tool, x, half, step)
+    type(tool_t), intent(in) :: tool
+    real(rp), intent(in) :: x(3), half       !! position, distance of the surface [m]
+    real(rp), intent(inout) :: step(3)       !! displacement [m]
+    real(rp) :: d, n(3), edge_distance, into
+
+    call tool%distance(x, d, n, edge_distance, half + norm2(step))
+    into = -dot_product(step, n) - max(0.0_rp, d - half)
+    if (into > 0.0_rp .and. d < half + norm2(step)) step = step + into*n
+  end subroutine stop_at
 
 end module step_room
