@@ -279,14 +279,11 @@ contains
 
     x = self%position(q)
     h = self%h
-    if (.not. self%is_graded()) return
     ijk = self%indices(q)
     do a = 1, 3
-      associate (grading => self%grading(a))
-        if (.not. grading%is_graded) cycle
-        x(a) = grading%centre(ijk(a))
-        h(a) = grading%share(ijk(a))
-      end associate
+      if (.not. self%grading(a)%is_graded) cycle
+      x(a) = self%grading(a)%centre(ijk(a))
+      h(a) = self%grading(a)%share(ijk(a))
     end do
   end subroutine share_of
 

@@ -16,8 +16,8 @@ module mpm_constitutive
   implicit none (type, external)
   private
 
-  public :: anneal_particles, average_volume, update_block_stress, external_acceleration, &
-            record_external_work
+  public :: anneal_particles, average_volume, crush_voids, external_acceleration, &
+            record_external_work, update_block_stress
 
 contains
 
@@ -42,6 +42,39 @@ contains
     end associate
     sim%budget%sums(e_stress) = sim%budget%sums(e_stress) + energy
   end subroutine average_volume
+
+  !> Voids that the grid does not resolve. Metal around a sphere that is the part `void` of its room
+  !> carries at most the pressure 2/3 Y ln(1/void) with the flow stress Y, as it then flows into the
+  !> sphere (Carroll & Holt 1972, J. Appl. Phys. 43:1626). Where a particle has more, its volume
+  !> ratio grows to that of the limit; the energy is plastic work.
+  subroutine crush_voids(sim, body, n, nf, ps)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: body, n, nf
+    real(rp), intent(inout) :: ps(nlane, nf)
+    real(rp) :: before(nlane), energy, excess, limit, rise
+    integer :: p
+
+    associate (void => sim%scene%layout%void)
+      if (void == 0) return
+      if (all(ps(:n, void) <= 0.0_rp)) return
+      before = ps(:, f_jac)
+      associate (material => sim%scene%material(sim%scene%body(body)%material))
+        do p = 1, n
+          if (ps(p, void) <= 0.0_rp .or. ps(p, f_flow) <= 0.0_rp) cycle
+          limit = -2.0_rp/3.0_rp*ps(p, f_flow)*log(ps(p, void))
+          excess = -sum(ps(p, f_tau:f_tau + 2))/3.0_rp - limit
+          if (excess <= 0.0_rp) cycle
+          ps(p, f_jac) = before(p)*(1.0_rp + excess/material%k)
+          rise = material%plastic_heat*(limit + 0.5_rp*excess)*excess &
+                 /(material%k*material%rho*material%c_p)
+          ps(p, f_temp) = ps(p, f_temp) + material%temperature_rise(ps(p, f_temp), rise)
+        end do
+        call material%change_volume(n, ps(1, f_mass), ps(1, f_temp), ps(1, f_bbar), before, &
+                                    ps(1, f_jac), ps(1, f_tau), energy)
+      end associate
+    end associate
+    sim%budget%sums(e_plastic) = sim%budget%sums(e_plastic) - energy
+  end subroutine crush_voids
 
   !> Acceleration of a body by gravity and loads in this step [m/s2]; zero for a rigid body.
   pure function external_acceleration(sim, body) result(a)

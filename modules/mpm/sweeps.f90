@@ -6,8 +6,8 @@ module mpm_sweeps
   use mpm_blocks, only: advance_particles, affine_to_grid, force_records, gather_gradient, &
                         gather_lanes, gather_slopes, gather_velocity, momentum_records, &
                         move_rigid, stretch_domains, weights_of
-  use mpm_constitutive, only: average_volume, external_acceleration, record_external_work, &
-                              update_block_stress
+  use mpm_constitutive, only: average_volume, crush_voids, external_acceleration, &
+                              record_external_work, update_block_stress
   use mpm_fbar, only: add_volume
   use mpm_prescribed, only: add_prescribed_force, record_prescribed_work
   use mpm_tractions, only: record_traction_work
@@ -197,6 +197,7 @@ contains
       if (sim%scene%layout%half > 0) call stretch_domains(dt_stress, l, &
                                                           ps(1, sim%scene%layout%half))
       call average_volume(sim, body, n, w, first, nf, ps)
+      call crush_voids(sim, body, n, nf, ps)
       call record_external_work(sim, body, n, dt, v, dv, ps(1, f_mass))
       if (sim%scene%body(body)%is_forced()) then
         call record_prescribed_work(sim, body, n, dt, v, dv, nf, ps)

@@ -92,6 +92,7 @@ contains
       method%shows_motion = .false.
       if (.not. method%has_mechanics .or. method%transfer /= transfer_flip) return
       method%shows_motion = any([(scene%can_flow(scene%body(b)%group), b=1, size(scene%body))])
+      if (method%shows_motion) call scene%layout%add(1, scene%layout%void)
     end associate
   end subroutine read_flow
 

@@ -7,6 +7,9 @@
 !>
 !> A free surface must neither spread nor attract: near open nodes, less than half full, the fill
 !> counts only where metal is packed more than disorder of particles explains.
+!>
+!> A hole closes on the grid when it is as small as a cell: its sides share nodes and approach no
+!> more. The empty part of the room around a particle bounds its pressure (mpm_constitutive).
 module step_room
   use base_kinds, only: i8, nlane, rp
   use boundary_symmetry, only: r_momentum, reflect
@@ -43,7 +46,6 @@ contains
 
     if (.not. sim%scene%method%shows_motion) return        ! no metal, or not FLIP
     if (modulo(sim%clock%step, interval) /= 0_i8) return
-    if (sim%world%all_true(.not. has_stirred(sim))) return
     associate (g => sim%nodes%g2, mark => sim%nodes%g)
       call clear_nodes(sim%nodes, g)
       call clear_nodes(sim%nodes, mark)
@@ -53,6 +55,12 @@ contains
                          sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, 1))
       end do
       call find_excess(sim, g(:, :, 1))
+      do i = 1, sim%particles%n_awake
+        b = sim%particles%turn(i)
+        call find_voids(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
+                        sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, 1))
+      end do
+      if (sim%world%all_true(.not. has_stirred(sim))) return
       do i = 1, sim%particles%n_mapped
         b = turn_of(sim, i)
         call mark_surface(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
@@ -159,6 +167,20 @@ contains
       end do
     end associate
   end subroutine mirror
+
+  !> Store the empty part of the room around the particles of a block, beyond what disorder
+  !> explains.
+  subroutine find_voids(sim, body, n, nf, ps, rec, g)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: body, n, nf
+    real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
+    real(rp), intent(in) :: g(8, sim%nodes%patch%nn)
+    integer :: first(nlane)
+    real(rp) :: u(nlane, 1), w(nlane, 18)
+
+    call gather_lanes(sim%scene, sim%nodes, body, n, nf, ps, l_excess, 1, g, rec, w, first, u)
+    ps(:n, sim%scene%layout%void) = min(1.0_rp, max(0.0_rp, -u(:n, 1) - disorder))
+  end subroutine find_voids
 
   !> Mark the nodes of the particles that reach an open node.
   subroutine mark_surface(sim, body, n, nf, ps, rec, g, mark)
