@@ -29,7 +29,7 @@ contains
     integer, intent(in) :: body, n, first(nlane), nf
     real(rp), intent(in) :: w(nlane, 18)             !! weights
     real(rp), intent(inout) :: ps(nlane, nf)
-    real(rp) :: before(nlane), energy
+    real(rp) :: before(nlane), energy(nlane)
 
     if (sim%scene%body(body)%averaging == average_never) return
     before = ps(:, f_jac)
@@ -40,7 +40,7 @@ contains
       call material%change_volume(n, ps(1, f_mass), ps(1, f_temp), ps(1, f_bbar), before, &
                                   ps(1, f_jac), ps(1, f_tau), energy)
     end associate
-    sim%budget%sums(e_stress) = sim%budget%sums(e_stress) + energy
+    sim%budget%sums(e_stress) = sim%budget%sums(e_stress) + sum(energy(:n))
   end subroutine average_volume
 
   !> Voids that the grid does not resolve. Metal around a sphere that is the part `void` of its room
@@ -51,7 +51,7 @@ contains
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: body, n, nf
     real(rp), intent(inout) :: ps(nlane, nf)
-    real(rp) :: before(nlane), energy, excess, limit, rise
+    real(rp) :: before(nlane), energy(nlane), excess, limit
     integer :: p
 
     associate (void => sim%scene%layout%void)
@@ -65,15 +65,15 @@ contains
           excess = -sum(ps(p, f_tau:f_tau + 2))/3.0_rp - limit
           if (excess <= 0.0_rp) cycle
           ps(p, f_jac) = before(p)*(1.0_rp + excess/material%k)
-          rise = material%plastic_heat*(limit + 0.5_rp*excess)*excess &
-                 /(material%k*material%rho*material%c_p)
-          ps(p, f_temp) = ps(p, f_temp) + material%temperature_rise(ps(p, f_temp), rise)
         end do
+        if (all(abs(ps(:n, f_jac) - before(:n)) <= 0.0_rp)) return
         call material%change_volume(n, ps(1, f_mass), ps(1, f_temp), ps(1, f_bbar), before, &
                                     ps(1, f_jac), ps(1, f_tau), energy)
+        ps(:n, f_temp) = ps(:n, f_temp) + material%temperature_rise( &
+          ps(:n, f_temp), -material%plastic_heat*energy(:n)/(ps(:n, f_mass)*material%c_p))
       end associate
     end associate
-    sim%budget%sums(e_plastic) = sim%budget%sums(e_plastic) - energy
+    sim%budget%sums(e_plastic) = sim%budget%sums(e_plastic) - sum(energy(:n))
   end subroutine crush_voids
 
   !> Acceleration of a body by gravity and loads in this step [m/s2]; zero for a rigid body.

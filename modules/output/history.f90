@@ -144,6 +144,7 @@ contains
       call row%add('strain_rate_max', '1/s', now%max_strain_rate)
       call row%add('kinetic_over_internal', '%', t%over_internal)
       call row%add('inertial_stress_over_flow', '%', 100.0_rp*now%inertial_ratio)
+      call row%add('packing', '%', 100.0_rp*now%packing)
       call row%add('inertial_force', 'N', sim%history%row_inertia%of_inertia(1))
       call row%add('inertial_power', 'W', sim%history%row_inertia%of_inertia(2))
       call row%add('friction_heat_to_bodies', 'J', t%to_bodies)

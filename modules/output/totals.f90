@@ -28,6 +28,7 @@ module output_totals
     real(rp) :: min_temperature = huge(1.0_rp)   !! [K]
     real(rp) :: max_strain_rate = 0.0_rp     !! [1/s]
     real(rp) :: inertial_ratio = 0.0_rp      !! largest inertial stress over flow stress
+    real(rp) :: packing = 0.0_rp             !! largest excess of the fill over the volume of metal
     real(rp) :: momentum(3) = 0.0_rp         !! without mass scaling [kg m/s]
   end type energies_t
 
@@ -72,6 +73,9 @@ contains
           + mat%elastic_energy(n, ps(:, f_mass), ps(:, f_temp), ps(:, f_jac), &
                                ps(:, f_bbar:f_bbar + 5))
         now%max_strain_rate = max(now%max_strain_rate, maxval(ps(1:n, f_rate)))
+        if (sim%scene%layout%void > 0) then
+          now%packing = max(now%packing, -minval(ps(1:n, sim%scene%layout%void)))
+        end if
         now%inertial_ratio = max(now%inertial_ratio, &
                                  inertial_stress_ratio(n, mat, sim%clock%mass_scaling, &
                                                        sim%particles%velocity(b), ps(:, f_flow), &
@@ -114,14 +118,14 @@ contains
     type(simulation_t), intent(inout) :: sim
     type(totals_t), intent(out) :: totals
     real(rp), allocatable :: all(:)
-    real(rp) :: maxima(5 + size(sim%tool))
+    real(rp) :: maxima(6 + size(sim%tool))
     integer :: k, last
 
     totals = zero_totals(sim)
     totals%now = energies(sim)
     associate (now => totals%now)
       maxima = [now%max_temperature, now%max_strain_rate, now%inertial_ratio, &
-                merge(0.0_rp, 1.0_rp, is_finite(sim%particles)), -now%min_temperature, &
+                merge(0.0_rp, 1.0_rp, is_finite(sim%particles)), -now%min_temperature, now%packing, &
                 sim%tool%max_face_temperature]
       all = [sim%budget%sums, now%kinetic, now%elastic, now%heat, now%momentum, &
              (sim%tool(k)%sums, k=1, size(sim%tool)), &
@@ -130,9 +134,10 @@ contains
       call sim%world%max(maxima)
       totals%budget = all(1:n_sums)
       now = energies_t(all(n_sums + 1), all(n_sums + 2), all(n_sums + 3), &
-                       maxima(1), -maxima(5), maxima(2), maxima(3), all(n_sums + 4:n_sums + 6))
+                       maxima(1), -maxima(5), maxima(2), maxima(3), maxima(6), &
+                       all(n_sums + 4:n_sums + 6))
     end associate
-    totals%max_face_temperature = maxima(6:)
+    totals%max_face_temperature = maxima(7:)
     last = n_sums + 6 + size(totals%tool)
     totals%tool = reshape(all(n_sums + 7:last), shape(totals%tool))
     totals%impulse = reshape(all(last + 1:), shape(totals%impulse))

@@ -46,7 +46,7 @@ module particles_store
     integer :: coulomb_reserve = 0  !! unused Coulomb friction impulse [N s], or mean Coulomb force
                                     !! [N] (contact_tool_impulses)
     integer :: tool_force = 0       !! sustained force of tools [N], 3 (contact_tool_impulses)
-    integer :: void = 0             !! part of the room around the particle that is empty (metal)
+    integer :: void = 0             !! empty part of the room around a particle, < 0: packed (metal)
     integer :: surface_offset = 0   !! distance from centre to surface, in half spacings (tools)
     integer :: tool_heat = 0        !! contact area times time [m2 s] and heat of the face [J] since
                                     !! the last conduction step, for each tool that absorbs heat

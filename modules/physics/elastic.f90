@@ -147,7 +147,7 @@ contains
     real(rp), intent(in) :: rho                !! initial density [kg/m3]
     real(rp), intent(in) :: mass(nlane), temp(nlane), before(nlane), after(nlane)
     real(rp), intent(inout) :: tau(nlane, 6)   !! Kirchhoff stress [Pa]
-    real(rp), intent(out) :: energy
+    real(rp), intent(out) :: energy(nlane)     !! absorbed by each particle [J]
     real(rp) :: free(nlane), c                 !! `free`: (Je/J)^2, below 1 by thermal expansion
     integer :: p
 
@@ -161,10 +161,10 @@ contains
       tau(p, 3) = tau(p, 3) + c
     end do
     energy = 0.0_rp
-    !$omp simd reduction(+: energy)
+    !$omp simd
     do p = 1, n
-      energy = energy + 0.25_rp*k/rho*mass(p)*(after(p) - before(p))*(after(p) + before(p)) &
-                        *(free(p) - 1.0_rp/(after(p)*before(p)))
+      energy(p) = 0.25_rp*k/rho*mass(p)*(after(p) - before(p))*(after(p) + before(p)) &
+                  *(free(p) - 1.0_rp/(after(p)*before(p)))
     end do
   end subroutine change_decoupled
 
@@ -229,7 +229,7 @@ contains
     real(rp), intent(in) :: rho                !! initial density [kg/m3]
     real(rp), intent(in) :: mass(nlane), b(nlane, 6), before(nlane), after(nlane)
     real(rp), intent(inout) :: tau(nlane, 6)   !! Kirchhoff stress [Pa]
-    real(rp), intent(out) :: energy
+    real(rp), intent(out) :: energy(nlane)     !! absorbed by each particle [J]
     real(rp) :: unused(nlane), slope(nlane)
     integer :: p
 
@@ -237,9 +237,9 @@ contains
     call finish_coupled(lambda, mu, after, b, tau, unused)
     slope = slope + (tau(:, 1) + tau(:, 2) + tau(:, 3))/after
     energy = 0.0_rp
-    !$omp simd reduction(+: energy)
+    !$omp simd
     do p = 1, n
-      energy = energy + mass(p)/(6.0_rp*rho)*slope(p)*(after(p) - before(p))
+      energy(p) = mass(p)/(6.0_rp*rho)*slope(p)*(after(p) - before(p))
     end do
   end subroutine change_coupled
 

@@ -234,7 +234,7 @@ contains
     real(rp), intent(in) :: mass(nlane), temp(nlane), b(nlane, 6)   !! [kg], [K], Bbar
     real(rp), intent(in) :: before(nlane), after(nlane)
     real(rp), intent(inout) :: tau(nlane, 6)           !! Kirchhoff stress [Pa]
-    real(rp), intent(out) :: energy
+    real(rp), intent(out) :: energy(nlane)             !! of each particle [J]
 
     if (self%is_coupled) then
       call change_coupled(n, self%lambda(), self%g, self%rho, mass, b, before, after, tau, energy)

@@ -169,7 +169,7 @@ contains
   end subroutine mirror
 
   !> Store the empty part of the room around the particles of a block, beyond what disorder
-  !> explains.
+  !> explains; negative where the metal is packed.
   subroutine find_voids(sim, body, n, nf, ps, rec, g)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: body, n, nf
@@ -179,7 +179,8 @@ contains
     real(rp) :: u(nlane, 1), w(nlane, 18)
 
     call gather_lanes(sim%scene, sim%nodes, body, n, nf, ps, l_excess, 1, g, rec, w, first, u)
-    ps(:n, sim%scene%layout%void) = min(1.0_rp, max(0.0_rp, -u(:n, 1) - disorder))
+    ps(:n, sim%scene%layout%void) = sign(min(1.0_rp, max(0.0_rp, abs(u(:n, 1)) - disorder)), &
+                                         -u(:n, 1))
   end subroutine find_voids
 
   !> Mark the nodes of the particles that reach an open node.

@@ -12,6 +12,7 @@ from .run import Run
 from .tools import main_tool
 
 GREEN, AMBER, RED = "green", "amber", "red"
+PACKING = 5.0, 15.0    # excess of the fill of the room [%]; a slot of a tenth of the pin's section has 18
 AUDIT = 1.0, 5.0  # error of the energy balance, and of conduction: above the first amber, above the second red [%]
 INERTIA = 5.0  # inertial over flow stress, unless the input says another INERTIAL_FRACTION [%]; red above four times that
 MELT = 1.0  # of the metal at once: above it is red [%]
@@ -32,7 +33,7 @@ class Check:
 
 def checks(run: Run) -> list[Check]:
     """All that can be told of this run."""
-    found = (run.attempt(f"the check {check.__name__}", check, run) for check in (weld, ended, audit, inertia, loads, melting, cells, sleep))
+    found = (run.attempt(f"the check {check.__name__}", check, run) for check in (weld, ended, audit, packing, inertia, loads, melting, cells, sleep))
     return [check for check in found if check is not None]
 
 
@@ -92,6 +93,15 @@ def audit(run: Run) -> Check | None:
         text.append(f"Conduction loses or gains up to {conduction:.3g} % of the heat turned over.")
     worst = max(energy or 0.0, conduction or 0.0)
     return Check("energy audit", f"{worst:.2g} %", level_of(worst, *AUDIT), ("Over time", "All figures"), " ".join(text))
+
+
+def packing(run: Run) -> Check | None:
+    largest = largest_of(run, "packing")
+    if largest is None:
+        return None
+    text = f"Particles are packed: they fill up to {largest:.3g} % more than the room that they have, beyond their disorder. Pressure and friction there are wrong."
+    level = level_of(largest, *PACKING)
+    return Check("packing", f"{largest:.2g} %", level, ("Over time", "All figures"), "" if level == GREEN else text)
 
 
 def inertia(run: Run) -> Check | None:

@@ -36,10 +36,10 @@ def give(run, **columns):
 
 
 def test_a_sound_run_is_green(run):
-    give(run, inertial_stress_over_flow=(2.0, "%"), sleep_loss=(-1e-4, "J"))
+    give(run, inertial_stress_over_flow=(2.0, "%"), sleep_loss=(-1e-4, "J"), packing=(1.0, "%"))
     found = alarms.checks(run)
     assert {check.name: check.value for check in found} == {
-        "weld": "closed", "run": "ended at 12.00 s", "energy audit": "0.4 %", "inertial stress": "2 % of the flow stress", "melting": "none",
+        "weld": "closed", "run": "ended at 12.00 s", "energy audit": "0.4 %", "packing": "1 %", "inertial stress": "2 % of the flow stress", "melting": "none",
         "cells over the radius of the tool": "6", "loss by sleep": found[-1].value}
     assert {check.level for check in found} == {alarms.GREEN} and not alarms.alarms(run)
     assert alarms.verdict(found) == ("green", "The figures may be trusted: all checks are passed.")
@@ -48,6 +48,7 @@ def test_a_sound_run_is_green(run):
 LEVELS = {
     "audit": (lambda run, x: give(run, audit_error=(-x, "%")), "energy audit", 1.0, 5.0),
     "conduction": (lambda run, x: give(run, conduction_error=(x, "%")), "energy audit", 1.0, 5.0),
+    "packing": (lambda run, x: give(run, packing=(x, "%")), "packing", 5.0, 15.0),
     "inertia": (lambda run, x: give(run, inertial_stress_over_flow=(x, "%")), "inertial stress", 5.0, 20.0),
     "loads": (lambda run, x: give(run, inertial_power=(0.0, "W"),
                                   inertial_force=(0.01 * x * alarms.largest_load(run, ("force_x", "force_y", "force_z")), "N")),
