@@ -125,7 +125,8 @@ contains
     totals%now = energies(sim)
     associate (now => totals%now)
       maxima = [now%max_temperature, now%max_strain_rate, now%inertial_ratio, &
-                merge(0.0_rp, 1.0_rp, is_finite(sim%particles)), -now%min_temperature, now%packing, &
+                merge(0.0_rp, 1.0_rp, is_finite(sim%particles)), -now%min_temperature, &
+                now%packing, &
                 sim%tool%max_face_temperature]
       all = [sim%budget%sums, now%kinetic, now%elastic, now%heat, now%momentum, &
              (sim%tool(k)%sums, k=1, size(sim%tool)), &

@@ -75,7 +75,7 @@ def test_levels(run, kind):
 def test_limits_stand_in_the_document():
     rows = dict(re.findall(r"^\| ([a-z ]*[a-z])[^|]*\| ([^|]+\|[^|]+)\|$",
                            (Path(__file__).parents[2] / "docs/postprocessing.md").read_text(), flags=re.M))
-    for name, limits in (("energy audit", alarms.AUDIT), ("loss by sleep", alarms.SLEEP), ("cells over the radius of the tool", alarms.CELLS)):
+    for name, limits in (("energy audit", alarms.AUDIT), ("loss by sleep", alarms.SLEEP), ("packing", alarms.PACKING), ("cells over the radius of the tool", alarms.CELLS)):
         assert tuple(float(x) for x in re.findall(r"[\d.]+", rows[name])) == limits
     assert f"({alarms.INERTIA:g} % by default)" in rows["inertial stress of mass scaling over the flow stress"]
     assert f"above {alarms.MELT:g} %" in rows["melting"]
