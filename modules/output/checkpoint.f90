@@ -8,6 +8,7 @@ module output_checkpoint
   use io_plausible, only: counts, min_positive, numbers_t, speed_of_light
   use simulation_inertia, only: inertia_t
   use simulation_node_pairs, only: n_kept
+  use simulation_nodes, only: gather_light, n_light
   use simulation_parts, only: simulation_t
   use simulation_probes, only: share_probes
   use simulation_run, only: n_sums
@@ -68,6 +69,7 @@ contains
     last = [sim%step%last%stiffness, sim%step%last%speed2, sim%particles%warming]
     call sim%world%max(last)
     if (sim%nodes%n_groups > 1) call sim%pairs%gather_kept(sim%world)
+    call gather_light(sim%world, sim%nodes)
     of_run%is_read = .false.
     allocate (of_run%value(0))
     of_rank = of_run
@@ -87,8 +89,10 @@ contains
     real(rp), intent(inout) :: last(3)
     type(numbers_t), intent(inout) :: numbers
     real(rp) :: far, n_cubes(3), n_probes, scaling
-    integer :: a, entries, frames, probes
+    integer :: a, entries, frames, light, probes
 
+    if (.not. allocated(sim%nodes%light_kept)) allocate (sim%nodes%light_kept(n_light, 0))
+    light = size(sim%nodes%light_kept, 2)
     probes = sim%probes%n
     entries = size(sim%pairs%kept, 2)
     n_probes = real(probes, rp)
@@ -129,6 +133,7 @@ contains
       call s%pass_one(motion%time, 'the time since sleep was last decided [s]', 0.0_rp)
       call s%pass_one(entries, 'the number of nodes with a normal', 0.0_rp, &
                       product(real(sim%scene%grid%n, rp))*size(sim%scene%body)**2)
+      call s%pass_one(light, 'the number of light nodes', 0.0_rp, real(size(s%value), rp))
       if (s%is_read) then
         associate (range => sim%scene%method%scaling_range)
           if (sim%scene%method%adapts_mass) c%mass_scaling = max(range(1), min(range(2), scaling))
@@ -136,7 +141,9 @@ contains
         if (.not. s%has_set()) then
           frames = 0
           entries = 0
+          light = 0
         end if
+        sim%nodes%light_kept = spread(spread(0.0_rp, 1, n_light), 2, light)
         sim%pairs%kept = spread(spread(0.0_rp, 1, n_kept), 2, entries)
         h%frame_times = spread(0.0_rp, 1, frames)
       end if
@@ -149,6 +156,8 @@ contains
       call s%pass(frames, h%frame_times, 'the time of a frame [s]', 0.0_rp, c%time)
       call s%pass(size(h%row_impulse), h%row_impulse, 'a sum at the last row')
       call s%pass(size(h%row_sums), h%row_sums, 'a sum at the last row')
+      call s%pass(size(sim%nodes%light_kept), sim%nodes%light_kept, 'a light node', &
+                  -speed_of_light, speed_of_light)
       call pass_inertia(h%row_inertia, s)
       call pass_inertia(h%sort_inertia, s)
       call s%pass(size(sim%pairs%kept), sim%pairs%kept, 'a normal between bodies')

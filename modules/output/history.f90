@@ -62,7 +62,7 @@ contains
     call find_microstructure_means(sim, micro)
     sim%step%is_broken = sim%step%is_broken .or. .not. totals%is_sound
     call sim%history%row_inertia%advance(sim%clock%mass_scaling, [sim%clock%time, &
-      totals%now%momentum, totals%now%kinetic/sim%clock%mass_scaling, totals%work], &
+      totals%now%motion, totals%work], &
                                        totals%tool(s_force:s_force + 2, :))
     call add_columns(sim, totals, micro, row)
     sim%history%row_gained = totals%tool - sim%history%row_sums

@@ -6,6 +6,7 @@ module output_totals
   use output_diagnostics, only: is_finite
   use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel
   use physics_material, only: material_t
+  use simulation_nodes, only: momentum_of_light
   use simulation_parts, only: simulation_t
   use simulation_run, only: d_elastic, d_kinetic, e_body, e_conduction, e_contact, e_film, &
                             e_friction, e_plastic, e_scaling, e_sleep, e_source, e_stress, e_tool, &
@@ -29,7 +30,8 @@ module output_totals
     real(rp) :: max_strain_rate = 0.0_rp     !! [1/s]
     real(rp) :: inertial_ratio = 0.0_rp      !! largest inertial stress over flow stress
     real(rp) :: packing = 0.0_rp             !! largest excess of the fill over the volume of metal
-    real(rp) :: momentum(3) = 0.0_rp         !! without mass scaling [kg m/s]
+    real(rp) :: motion(4) = 0.0_rp           !! momentum, with that of the inertia added to nodes
+                                             !! [kg m/s], kinetic energy [J], without mass scaling
   end type energies_t
 
   !> Totals of all ranks.
@@ -68,7 +70,7 @@ contains
         now%min_temperature = min(now%min_temperature, minval(ps(1:n, f_temp)))
         if (sim%scene%body(sim%particles%body(b))%is_rigid()) cycle
         now%kinetic = now%kinetic + kinetic_energy(ps(:, f_mass), ps(:, f_vel:f_vel + 2))
-        now%momentum = now%momentum + matmul(ps(:, f_mass), ps(:, f_vel:f_vel + 2))
+        now%motion(:3) = now%motion(:3) + matmul(ps(:, f_mass), ps(:, f_vel:f_vel + 2))
         now%elastic = now%elastic &
           + mat%elastic_energy(n, ps(:, f_mass), ps(:, f_temp), ps(:, f_jac), &
                                ps(:, f_bbar:f_bbar + 5))
@@ -82,6 +84,8 @@ contains
                                                        ps(:, f_rate) > 0.0_rp))
       end associate
     end do
+    now%motion(4) = now%kinetic
+    now%motion(:3) = now%motion(:3) + momentum_of_light(sim%nodes)/sim%clock%mass_scaling
     now%kinetic = sim%clock%mass_scaling*now%kinetic
   end function energies
 
@@ -128,7 +132,7 @@ contains
                 merge(0.0_rp, 1.0_rp, is_finite(sim%particles)), -now%min_temperature, &
                 now%packing, &
                 sim%tool%max_face_temperature]
-      all = [sim%budget%sums, now%kinetic, now%elastic, now%heat, now%momentum, &
+      all = [sim%budget%sums, now%kinetic, now%elastic, now%heat, now%motion, &
              (sim%tool(k)%sums, k=1, size(sim%tool)), &
              reshape(sim%budget%impulse, [size(sim%budget%impulse)]), sim%budget%hooks]
       call sim%world%sum(all)
@@ -136,11 +140,11 @@ contains
       totals%budget = all(1:n_sums)
       now = energies_t(all(n_sums + 1), all(n_sums + 2), all(n_sums + 3), &
                        maxima(1), -maxima(5), maxima(2), maxima(3), maxima(6), &
-                       all(n_sums + 4:n_sums + 6))
+                       all(n_sums + 4:n_sums + 7))
     end associate
     totals%max_face_temperature = maxima(7:)
-    last = n_sums + 6 + size(totals%tool)
-    totals%tool = reshape(all(n_sums + 7:last), shape(totals%tool))
+    last = n_sums + 7 + size(totals%tool)
+    totals%tool = reshape(all(n_sums + 8:last), shape(totals%tool))
     totals%impulse = reshape(all(last + 1:), shape(totals%impulse))
     totals%hooks = all(last + size(totals%impulse) + 1:)
     call balance_energies(sim, totals)

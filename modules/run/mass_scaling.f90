@@ -63,7 +63,7 @@ contains
     integer :: k
 
     now = energies(sim)
-    all = [now%momentum, now%kinetic/sim%clock%mass_scaling, sum(sim%tool%sums(s_work)), &
+    all = [now%motion, sum(sim%tool%sums(s_work)), &
            (sim%tool(k)%sums(s_force:s_force + 2), k=1, size(sim%tool))]
     call sim%world%sum(all)
     associate (inertia => sim%history%sort_inertia)

@@ -12,7 +12,7 @@ module run_regrid
   use run_balance, only: predict_imbalance, reach_of, rebalance, store_nodes
   use run_mass_scaling, only: adapt_mass
   use run_order, only: list_to_grid_order, mark_border
-  use simulation_nodes, only: append, clear_nodes
+  use simulation_nodes, only: append, clear_nodes, forget_light
   use simulation_parts, only: simulation_t
   use simulation_probes, only: assign_probes, share_probes
   use sleep_criteria, only: count_awake, update_sleep
@@ -41,6 +41,7 @@ contains
     end if
     call sort_particles(sim, sleepers_changed)
     call forget_contact(sim)
+    call forget_light(sim%nodes)
     sim%clock%displacement = 0.0_rp
     sim%clock%sorted_at = sim%clock%step
     call adapt_mass(sim)

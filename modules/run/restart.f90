@@ -19,6 +19,7 @@ module run_restart
   use run_balance, only: find_reach, make_first_partition, store_nodes
   use run_debris, only: remove_debris
   use run_regrid, only: sort_particles, update_lists
+  use simulation_nodes, only: place_light
   use simulation_parts, only: simulation_t
   use simulation_run, only: motion_t, outcome_t
   use sleep_motion, only: start_tracking
@@ -95,6 +96,7 @@ contains
       call make_first_partition(sim)
       call sort_particles(sim, .true.)
     end if
+    call place_light(sim%world%rank, same_ranks, sim%nodes)
   end subroutine resume
 
   !> Collective. Add the averages of the ranks of the reaction on the free tools. A rigid machine

@@ -11,7 +11,7 @@ module step_advance
   use contact_body_pairs, only: join_bodies
   use mpm_fbar, only: clear_volume, sum_volume
   use mpm_sweeps, only: grid_to_particles, momentum_to_grid, update_stress
-  use simulation_nodes, only: clear_nodes, update_nodes
+  use simulation_nodes, only: clear_nodes, keep_light, recall_light, update_nodes
   use simulation_parts, only: simulation_t
   use simulation_probes, only: move_probes
   use simulation_run, only: budget_t, outcome_t
@@ -55,6 +55,7 @@ contains
     do
       call particles_to_grid(sim, g_motion)
       call update_nodes(sim%scene, sim%clock, sim%nodes, dt, g_motion)
+      call recall_light(sim%scene, sim%clock, sim%nodes, g_motion)
       do k = 1, size(sim%hook)
         call sim%hook(k)%it%after_nodes(sim, dt, g_motion)
       end do
@@ -69,6 +70,7 @@ contains
       call record_sleeper_impulse(sim%sleepers, sim%budget, dt)
       call track_motion(sim%nodes, sim%sleepers, dt, g_motion(:, :, 1))
     end if
+    call keep_light(sim%scene, sim%clock, sim%nodes, g_motion)
     call record_impulse(sim, dt, g_motion)
     if (sim%scene%method%scheme /= scheme_usl) then
       call remap_velocities(sim, dt, g_strain, g_motion)

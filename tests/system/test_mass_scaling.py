@@ -64,6 +64,26 @@ def test_inertia_of_light_nodes_changes_little(run, tmp_path):
     assert np.abs(two["audit_error[%]"]).max() < 0.05
 
 
+def test_inertia_of_light_nodes_does_not_drag(run, tmp_path):
+    """The force of a slow punch is the same with SELECTIVE_SCALING, to 0.5 % (1.6 % more if the inertia forgets its velocity)."""
+    sets = {"TIME.MASS_SCALING": 100, "TIME.END": 6e-3, "MOTION.VELOCITY": "0,0,-0.08", "MOTION.RAMP": 8e-4, "OUTPUT.HISTORY_INTERVAL": 3e-5}
+    force = {}
+    for mode in ("off", "on"):
+        history = run("rising", "--quiet", sets=sets | {"METHOD.SELECTIVE_SCALING": mode}, directory=place(tmp_path, mode)).results("rising").history()
+        force[mode] = history["p_force_z[N]"][history["time[s]"] > 2e-3].mean()
+    print(force)
+    assert force["on"] == pytest.approx(force["off"], rel=5e-3)
+
+
+def test_inertia_of_light_nodes_feeds_no_noise(run, tmp_path):
+    """Bound: a free elastic block with noise keeps its energy to 1 % (90 % more if the inertia forgets its velocity)."""
+    sets = {"METHOD.SHAPE": "bspline", "METHOD.SELECTIVE_SCALING": "on"}
+    history = run(driver.ROOT / "tests/stress/inputs/free_block.nml", "--quiet", sets=sets, directory=tmp_path).results("free_block").history()
+    energy = history["kinetic[J]"] + history["elastic[J]"]
+    print(energy.max() / energy[0])
+    assert energy.max() < 1.01 * energy[0]
+
+
 def test_inertia_of_light_nodes_is_not_felt_in_flight(run, tmp_path):
     """Exact: what flies freely without stress keeps its velocity."""
     sets = {"METHOD.SELECTIVE_SCALING": "on", "METHOD.SHAPE": "bspline", "BODY.ANGULAR_VELOCITY": "0,0,0",
