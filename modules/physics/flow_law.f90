@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
 !> Interface of flow laws: flow stress of a batch of particles and its derivative, and the keys of
 !> &MATERIAL; a law with internal variables also advances them. A law defines its own microstructure
-!> outputs and warnings. A new law is a type in a file of `flow_laws` and a name in
-!> `physics_laws`; its stress includes the factor of `strength_factor`, or vanishes at melting by
-!> itself.
+!> outputs and warnings. A new law is a type in a file `law_NAME.f90` of this folder and a
+!> name in `physics_laws`; its stress includes the factor of `strength_factor`, or vanishes at
+!> melting by itself.
 module physics_flow_law
   use base_kinds, only: nlane, rp
   use input_key_table, only: key_table_t

@@ -24,13 +24,13 @@ module physics_stress
 
 contains
 
-  !> Advance the state of a block by `dt` with velocity gradient `l` [1/s]; the law reads the nodal
-  !> temperature `t_node` interpolated to the particles [K].
-  subroutine advance_stress(material, n, dt, l, t_node, mass, b, j, alpha, temp, tau, rate, flow, &
+  !> Advance the state of a block by `dt` with velocity gradient `l` [1/s]; law and elasticity use
+  !> the temperature `t_begin` of the particles before the update [K]; plastic heat raises `temp`.
+  subroutine advance_stress(material, n, dt, l, t_begin, mass, b, j, alpha, temp, tau, rate, flow, &
                             n_state, state, sums, factor)
     type(material_t), intent(in) :: material
     integer, intent(in) :: n
-    real(rp), intent(in) :: dt, l(nlane, 9), t_node(nlane), mass(nlane)
+    real(rp), intent(in) :: dt, l(nlane, 9), t_begin(nlane), mass(nlane)
     real(rp), intent(inout) :: b(nlane, 6), j(nlane), alpha(nlane), temp(nlane)
     real(rp), intent(inout) :: tau(nlane, 6), rate(nlane), flow(nlane)
     integer, intent(in) :: n_state                     !! at least n_state of the law
@@ -45,7 +45,7 @@ contains
     call trial_state(dt, material%g, l, b, j, tau, q, mean)
     if (allocated(material%flow)) then
       call return_modulus(material%g, tau, q, flow, dd, det, g3)
-      call return_map(material%flow, n, dt, t_node, alpha, rate, q, g3, state, x, flow, &
+      call return_map(material%flow, n, dt, t_begin, alpha, rate, q, g3, state, x, flow, &
                       plastic, sums%failed)
       if (plastic) then
         has_table = allocated(material%c_table)
@@ -54,12 +54,12 @@ contains
                           1.0_rp/material%rho, dt, q, g3, x, 0.5_rp*(q_before + flow), mass, dd, &
                           det, mean, b, alpha, temp, tau, rate, sums%plastic_work)
         if (has_table) temp = before + material%temperature_rise(before, temp - before)
-        call material%flow%inspect(n, t_node, rate, state, sums%warnings, sums%lane)
+        call material%flow%inspect(n, t_begin, rate, state, sums%warnings, sums%lane)
       else
         rate = 0.0_rp
       end if
     end if
-    call total_stress(material, t_node, b, j, mean, tau, stiffness)
+    call total_stress(material, t_begin, b, j, mean, tau, stiffness)
     if (present(factor)) stiffness = factor*stiffness
     sums%stress_work = sums%stress_work + 0.5_rp*dt/material%rho*stress_power(n, mass, tau, l)
     sums%stiffness = max(sums%stiffness, largest(n, stiffness)/material%rho)
