@@ -36,7 +36,7 @@ contains
 
   !> Reduce over images and start sending this rank's values to the others.
   subroutine post(self, neighbour, image, world, largest, nn, first, n, node, width, values)
-    class(entry_exchange_t), intent(inout) :: self
+    class(entry_exchange_t), intent(inout), asynchronous :: self
     type(neighbour_t), intent(in) :: neighbour(:)
     integer, intent(in) :: image(:, :)             !! (2, *) an image, the node's first image
     type(world_t), intent(in) :: world
@@ -75,14 +75,14 @@ contains
 
   !> Test the pending messages; true if all have arrived.
   logical function progress_messages(self)
-    class(entry_exchange_t), intent(inout) :: self
+    class(entry_exchange_t), intent(inout), asynchronous :: self
 
     call mpi_testall(self%messages, self%request, progress_messages, mpi_statuses_ignore)
   end function progress_messages
 
   !> Complete the exchange started by `post`, with the same values.
   subroutine finish(self, neighbour, world, largest, n, width, values, waited)
-    class(entry_exchange_t), intent(inout) :: self
+    class(entry_exchange_t), intent(inout), asynchronous :: self
     type(neighbour_t), intent(in) :: neighbour(:)
     type(world_t), intent(in) :: world
     logical, intent(in) :: largest

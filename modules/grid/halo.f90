@@ -130,7 +130,7 @@ contains
   !> are sent, those to `more` in the same message. Until `finish`, with the same arrays, only other
   !> nodes may be changed.
   subroutine post(self, world, width, nn, g, more)
-    class(halo_t), intent(inout) :: self
+    class(halo_t), intent(inout), asynchronous :: self
     type(world_t), intent(in) :: world
     integer, intent(in) :: width, nn
     real(rp), intent(inout) :: g(width, nn)
@@ -163,7 +163,7 @@ contains
   !> Test the pending messages, so that MPI implementations without asynchronous progress advance
   !> them.
   subroutine progress_messages(self)
-    class(halo_t), intent(inout) :: self
+    class(halo_t), intent(inout), asynchronous :: self
     logical :: done
 
     if (self%n > 0) call mpi_testall(2*self%n, self%request, done, mpi_statuses_ignore)
@@ -171,7 +171,7 @@ contains
 
   !> Complete the sum started by `post`.
   subroutine finish(self, world, width, nn, g, more)
-    class(halo_t), intent(inout) :: self
+    class(halo_t), intent(inout), asynchronous :: self
     type(world_t), intent(in) :: world
     integer, intent(in) :: width, nn
     real(rp), intent(inout) :: g(width, nn)
