@@ -178,9 +178,10 @@ contains
     integer :: i
 
     do i = 1, input%count('MATERIAL')
-      lines = source_lines(input, i, '  ')
+      lines = source_lines(input, i, '  ', is_brief=.true.)
       if (lines /= '') call log_line('material '//input%text('MATERIAL', i, 'NAME')// &
-                                     ' from the library:'//nl//lines(:len(lines) - 1))
+                                     ' from the library (s: source seen, m: cited '// &
+                                     'from memory; see --materials):'//nl//lines(:len(lines) - 1))
     end do
   end subroutine log_sources
 

@@ -212,11 +212,12 @@ contains
   end function reference_number
 
   !> Lines, each after a `margin`, with the values that the `i`-th &MATERIAL took from a library and
-  !> their sources; '' if it took none.
-  function source_lines(input, i, margin) result(text)
+  !> their sources, in the words of --materials or brief; '' if it took none.
+  function source_lines(input, i, margin, is_brief) result(text)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     character(*), intent(in) :: margin
+    logical, intent(in) :: is_brief
     character(:), allocatable :: text
     type(taken_t), allocatable :: values(:)
     integer :: first, k
@@ -233,8 +234,27 @@ contains
         text = text//trim(values(k)%key)//' = ' &
                //excerpt(input%values(group, i, trim(values(k)%key)))
       end do
-      text = text//': '//trim(values(first)%source)//new_line('a')
+      if (is_brief) then
+        text = text//': '//brief_source(trim(values(first)%source))//new_line('a')
+      else
+        text = text//': '//trim(values(first)%source)//new_line('a')
+      end if
     end do
   end function source_lines
+
+  !> A source with a letter in place of the note on how it was read: [s] seen, [m] from memory, [t]
+  !> taken over with a model.
+  pure function brief_source(source) result(text)
+    character(*), intent(in) :: source
+    character(:), allocatable :: text
+    character(7), parameter :: notes(3) = ['[seen  ', '[not se', '[taken ']
+    integer :: k, n
+
+    text = source
+    do k = 1, size(notes)
+      n = index(source, trim(notes(k)))
+      if (n > 0) text = source(:n)//'smt'(k:k)//']'
+    end do
+  end function brief_source
 
 end module input_library

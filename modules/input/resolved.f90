@@ -90,7 +90,7 @@ contains
       end do
     end do
     do i = 1, input%count('MATERIAL')
-      one = source_lines(input, i, '!   ')
+      one = source_lines(input, i, '!   ', is_brief=.false.)
       if (one /= '') text = text//'! Of material '//input%text('MATERIAL', i, 'NAME')// &
         ' a library gave:'//nl//one
     end do

@@ -18,7 +18,7 @@ module input_values
   type :: taken_t
     integer :: instance = 0            !! index of the &MATERIAL
     character(24) :: key = ''
-    character(240) :: source = ''
+    character(1000) :: source = ''
   end type taken_t
 
   !> A checked input. Look-ups take a group name, the index of the group among those of this name

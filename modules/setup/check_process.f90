@@ -7,6 +7,7 @@ module setup_check_process
   use base_text, only: str
   use input_values, only: input_t
   use setup_boundary, only: wall_of, wall_t
+  use setup_method, only: flow_stress_of
   use setup_process, only: survey_tool, tool_survey_t, undefined
   use setup_solids, only: read_all_solids, solids_t
   use simulation_scene, only: scene_t
@@ -40,7 +41,10 @@ contains
           call tool(k)%shape%check_size(input, k, maxval(scene%grid%upper() - scene%grid%lower), &
                     scene%grid%h, maxval(plate), any(abs(tool(k)%motion%phase%spin) > 0.0_rp))
         end associate
-        if (input%diagnostics%count() == n) call check_tool_motion(input, scene, tool, k, survey)
+        if (input%diagnostics%count() == n) then
+          call check_tool_motion(input, scene, tool, k, survey)
+          call check_mass_scaling(input, scene, tool(k), survey)
+        end if
       else
         call check_rigid_motion(input, scene, k, survey)
       end if
@@ -123,6 +127,47 @@ contains
       end associate
     end do
   end subroutine check_tool_motion
+
+  !> Report a mass scaling chi with which the inertia of the metal that a tool pushes aside with
+  !> speed v, chi rho v^2, exceeds the flow stress of the cold metal (at a strain of 1), so that the
+  !> force of the run is that of inertia. Warn if the rim of a tool moves by more than a cell in a
+  !> step.
+  subroutine check_mass_scaling(input, scene, tool, survey)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tool
+    type(tool_survey_t), intent(in) :: survey
+    real(rp) :: admissible, rim, speed, stress, waves
+    integer :: b
+
+    if (scene%method%mass_scaling <= 1.0_rp .or. .not. tool%has_shape()) return
+    if (scene%method%scaling_range(2) > 0.0_rp) return
+    associate (phase => survey%phase)
+      speed = maxval(phase%speed, mask=phase%depth > 0.0_rp .and. phase%depth < undefined &
+                                       .and. phase%to > survey%touch .and. phase%name /= 'retract')
+      rim = maxval(abs(phase%spin))*tool%stirring_radius()
+    end associate
+    admissible = 0.0_rp
+    waves = huge(1.0_rp)
+    do b = 1, size(scene%body)
+      if (.not. scene%can_flow(scene%body(b)%group)) cycle
+      associate (material => scene%material(scene%body(b)%material))
+        stress = flow_stress_of(material, input%real('BODY', b, 'TEMPERATURE'), 1.0_rp)
+        if (speed > 0.0_rp) admissible = max(admissible, stress/(material%rho*speed**2))
+        waves = min(waves, material%wave_speed()/sqrt(scene%method%mass_scaling))
+      end associate
+    end do
+    if (admissible > 0.0_rp .and. scene%method%mass_scaling > admissible) then
+      call input%report('TIME', 1, 'MASS_SCALING', 'gives the metal that '//trim(tool%name)// &
+                        ' pushes aside at '//str(mm*speed)//' mm/s an inertial stress above '// &
+                        'its flow stress: forces are those of inertia. At most '// &
+                        str(admissible))
+    else if (scene%method%cfl*rim > waves .and. scene%method%fixed_dt <= 0.0_rp) then
+      call input%warn('TIME', 1, 'MASS_SCALING', 'the rim of '//trim(tool%name)//' moves by '// &
+                      str(scene%method%cfl*rim/waves)//' cells in a step: flow near it is '// &
+                      'coarse in time')
+    end if
+  end subroutine check_mass_scaling
 
   !> Key that determines the motion of a phase.
   function key_of(input, motion) result(key)
@@ -234,6 +279,7 @@ contains
     type(tool_survey_t) :: survey
     character(:), allocatable :: text
     character(120) :: row
+    character(12) :: depth, bottom
     integer :: i, k
 
     if (size(tool) == 0) return
@@ -253,9 +299,15 @@ contains
                     ' speed[mm/s]   spin[rpm]   depth[mm]  bottom[mm]    edge[mm]    side[mm]')
       do i = 1, size(survey%phase)
         associate (p => survey%phase(i))
+          depth = cell_mm(p%depth)
+          bottom = cell_mm(p%bottom)
+          if (p%bottom < 0.0_rp) then
+            depth = '     through'
+            bottom = '           -'
+          end if
           write (row, '(a12,9a12)') '  '//p%name, cell(p%from), cell(p%to), &
             cell(mm*p%path_length), cell(mm*p%speed), &
-            cell(p%spin*30.0_rp/pi), cell_mm(p%depth), cell_mm(p%bottom), cell_mm(p%edge), &
+            cell(p%spin*30.0_rp/pi), depth, bottom, cell_mm(p%edge), &
             cell_mm(p%side)
           call log_line(row)
         end associate
@@ -270,10 +322,10 @@ contains
                       ' N of the FORCE')
       end if
     end do
-    call log_line('             depth: lowest point of the tool below the top of the plate; '// &
-                  'bottom: '// &
-      'metal left below it; edge: its rim to the edge of the plate; side: to a wall or the '// &
-      'side of the grid; press: by a force, as if it did not sink')
+    call log_line('             depth: lowest point of the tool below the top of the plate '// &
+                  '(less than 0: above); bottom: metal left below it; through: past the bottom; '// &
+                  'edge: its rim to the edge of the plate; side: to a wall or the side of the '// &
+                  'grid; press: by a force, as if it did not sink')
   end subroutine report_process
 
   !> A number in a field of the table.
@@ -281,7 +333,7 @@ contains
     real(rp), intent(in) :: x
     character(12) :: text
 
-    if (abs(x) < 1.0e5_rp .and. (abs(x) >= 1.0e-2_rp .or. abs(x) <= 0.0_rp)) then
+    if (abs(x) < 1.0e5_rp .and. (abs(x) >= 1.0e-2_rp .or. abs(x) <= 1.0e-9_rp)) then
       write (text, '(f12.3)') x
     else
       write (text, '(es12.3)') x

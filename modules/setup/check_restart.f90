@@ -204,7 +204,7 @@ contains
     type(input_t), intent(in) :: old, new
     character(*), intent(in) :: name
     real(rp), intent(in) :: time
-    character(:), allocatable :: changed, key
+    character(:), allocatable :: changed, hint, key
     integer, allocatable :: was(:), is(:)    ! indices of its &MOTION groups
     real(rp) :: begin(2), end(2)
     logical :: ends_early
@@ -215,6 +215,7 @@ contains
     ends_early = may_end_early(old, name) .or. may_end_early(new, name)
     do k = 1, max(size(was), size(is))
       begin = huge(1.0_rp)
+      end = -huge(1.0_rp)
       if (k <= size(was)) call find_times(old, name, k, begin(1), end(1))
       if (k <= size(is)) call find_times(new, name, k, begin(2), end(2))
       if (minval(begin) >= time*(1.0_rp - slack) .and. .not. ends_early) cycle
@@ -232,6 +233,9 @@ contains
         end associate
       end if
       if (changed == '') cycle
+      hint = ''
+      if (minval(begin) < time .and. minval(end) > time) hint = '; end this phase by its '// &
+        'DURATION and add a &MOTION of the same TOOL after it'
       i = 1
       if (size(is) > 0) i = is(min(k, size(is)))
       if (ends_early) then
@@ -239,7 +243,7 @@ contains
                         'some end at a load or temperature:'//changed)
       else
         call new%report('MOTION', i, '', 'of '//name//': a restart at t = '//str(time)// &
-                        ' s cannot change what was before:'//changed)
+                        ' s cannot change what was before:'//changed//hint)
       end if
     end do
   end subroutine compare_motion

@@ -13,8 +13,8 @@ module setup_method
   implicit none (type, external)
   private
 
-  public :: elastic_strain, is_sparse, lay_out_laws, read_elastic_scaling, read_flow, &
-            read_selective_scaling, read_sleeping, shortest_domain, small_strain
+  public :: elastic_strain, flow_stress_of, is_sparse, lay_out_laws, read_elastic_scaling, &
+            read_flow, read_selective_scaling, read_sleeping, shortest_domain, small_strain
 
   !> Ratio of bulk to shear modulus above which elastic material locks. Without averaging, the
   !> pressures of neighbouring particles in a thick tube (verify.py tube) differ by 1.5 % times this

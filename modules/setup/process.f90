@@ -37,7 +37,7 @@ module setup_process
     real(rp) :: speed = 0.0_rp                    !! largest speed [m/s]
     real(rp) :: spin = 0.0_rp                     !! spin of largest magnitude [rad/s]
     real(rp) :: depth = undefined  !! depth of the lowest tool point below the plate top [m]
-    real(rp) :: bottom = undefined     !! least height of the tool above the plate bottom [m]
+    real(rp) :: bottom = undefined     !! least thickness of metal below the tool [m]
     real(rp) :: edge = undefined  !! least distance of the tool rim to a plate edge [m]
     real(rp) :: side = undefined   !! least distance of the tool to a grid side or wall [m]
     real(rp) :: off_plate = 0.0_rp                !! path length beside the plate after contact [m]
@@ -272,7 +272,7 @@ contains
     do p = 1, size(x, 2)
       if (any(x(:2, p) < surroundings%lower(:2) .or. x(:2, p) > surroundings%upper(:2))) cycle
       phase%depth = max_defined(phase%depth, surroundings%upper(3) - x(3, p))
-      phase%bottom = min(phase%bottom, x(3, p) - surroundings%lower(3))
+      phase%bottom = min(phase%bottom, min(x(3, p), surroundings%upper(3)) - surroundings%lower(3))
     end do
   end subroutine measure
 

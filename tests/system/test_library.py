@@ -58,7 +58,20 @@ def test_sources_say_whether_they_were_seen():
     assert len(sources) > 25
     for source in sources:
         derived = source.startswith(("mean from", "a choice of this library", "this two-phase law", "as those of"))
+        assert len(source) < 1000
         assert derived or re.search(r" \[(seen: .+|not seen.*|taken over with the model, not compared again)\]$", source), source
+
+
+def test_first_lines(run, tmp_path):
+    """What a run says first are values and sources, each whole, with a letter for how the source was read; the notes themselves
+    are those of --materials and of the resolved input, unabridged."""
+    (tmp_path / "pin.nml").write_text(run(None, "--new", "pin").out, encoding="utf-8")
+    out = run("pin.nml", sets={"TIME.MAX_STEPS": 1}).out
+    said = [line for line in out.split("\n")[:6] if line.startswith("  ")]
+    assert said and all(re.search(r"( \[[smt]\]|as those of [\w-]+)$", line) for line in said), said
+    notes = re.findall(r"TEXT = '([^']*)'", (driver.ROOT / "share/stirpoint/materials.nml").read_text(encoding="utf-8"))
+    resolved = (tmp_path / "pin.out/pin_input.nml").read_text(encoding="utf-8")
+    assert any(note in resolved and "[not seen" in note for note in notes)
 
 
 def test_hot_metal_is_plausible():

@@ -126,3 +126,31 @@ def test_a_pin_in_its_hole_touches(run):
     done = run(scene, "--check=scene", sets={"TOOL.PIN_RADIUS": 2.91e-3, "SHAPE(4).RADIUS": 12.1e-3})
     apart = done.out + done.err
     assert "the tool never touches a body" in apart and "the rigid body never touches another" in apart
+
+
+@pytest.mark.parametrize("speed, passes", [(4e-3, 6.0e9), (8e-3, 1.5e9)])
+def test_inertia_above_strength(run, tmp_path, speed, passes):
+    """A mass scaling with which pushing the metal aside takes more stress than its strength is refused, from
+    stress / (density speed^2) on: a quarter at twice the speed, and more for no stiffer metal."""
+    (tmp_path / "pin.nml").write_text(run(None, "--new", "pin").out, encoding="utf-8")
+    sets = {"GRID.CELL": 2e-3, "MOTION(1).DURATION": 2.95, "MOTION(1).VELOCITY": "0,0,-2e-3", "MOTION(3).VELOCITY": f"{speed},0,0"}
+    refused = run("pin.nml", "--check=scene", sets=sets | {"TIME.MASS_SCALING": 1e11}, expect=driver.BAD_INPUT)
+    most = float(re.search(r"MASS_SCALING = 1e11: .* At most (\S+)", refused.err)[1])
+    assert most == pytest.approx(passes, rel=0.02)
+    run("pin.nml", "--check=scene", sets=sets | {"TIME.MASS_SCALING": 1.01 * most}, expect=driver.BAD_INPUT)
+    coarse = run("pin.nml", "--check=scene", sets=sets | {"TIME.MASS_SCALING": 0.99 * most})
+    assert re.search(r"warning: &TIME MASS_SCALING .* cells in a step", coarse.err + coarse.out)
+
+
+def test_depths_of_tools_that_pass_through_or_above(run, tmp_path):
+    """A bobbin is through the plate, and no metal is left below it; below a pin that is raised there is the whole sheet."""
+    rows = {}
+    for name in ("bobbin", "refill"):
+        (tmp_path / f"{name}.nml").write_text(run(None, "--new", name).out, encoding="utf-8")
+        out = run(f"{name}.nml", "--check=scene").out
+        thickness = float(re.search(r"plate .* x (\S+) mm, top", out)[1])
+        rows[name] = [line.split() for line in out.splitlines() if re.match(r" {4}\w+ +\d+\.\d+ ", line)]
+        for row in rows[name]:
+            assert row[7] == "-" or 0 <= float(row[7]) <= thickness, row
+    assert all(row[6:8] == ["through", "-"] for row in rows["bobbin"])
+    assert any(float(row[6]) < 0 for row in rows["refill"])
