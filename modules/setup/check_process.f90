@@ -323,7 +323,7 @@ contains
       end if
     end do
     call log_line('             depth: lowest point of the tool below the top of the plate '// &
-                  '(less than 0: above); bottom: metal left below it; through: past the bottom; '// &
+                  '(less than 0: above); bottom: metal left below it; through: past it; '// &
                   'edge: its rim to the edge of the plate; side: to a wall or the side of the '// &
                   'grid; press: by a force, as if it did not sink')
   end subroutine report_process

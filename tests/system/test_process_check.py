@@ -26,7 +26,7 @@ CASES = {
     "never touches": ({"TOOL.POSITION": "28e-3, 20e-3, 15e-3"}, "warning", "never touches a body"),
     "goes up": ({"MOTION(1).VELOCITY": "0, 0, 1.5e-3"}, "warning", "never touches a body"),
     "starts inside": ({"TOOL.POSITION": "28e-3, 20e-3, 11e-3"}, "warning", "starts 1.* mm inside the material"),
-    "wider than the plate": ({"TOOL.RADIUS": 60e-3, "TOOL.TILT_DEG": 0}, "warning", "120 mm across is wider than the bodies, 100 mm"),
+    "wider than the plate": ({"TOOL.RADIUS": 60e-3, "TIME.MASS_SCALING": 1e5, "TOOL.TILT_DEG": 0}, "warning", "120 mm across is wider than the bodies, 100 mm"),
     "ramp too long": ({"MOTION(1).RAMP": 1}, "warning", "RAMP = 1: is longer than the DURATION"),
     "phase that never comes": ({"MOTION(1).DURATION": 0}, "error", "is never reached"),
 }
@@ -134,7 +134,7 @@ def test_inertia_above_strength(run, tmp_path, speed, passes):
     stress / (density speed^2) on: a quarter at twice the speed, and more for no stiffer metal."""
     (tmp_path / "pin.nml").write_text(run(None, "--new", "pin").out, encoding="utf-8")
     sets = {"GRID.CELL": 2e-3, "MOTION(1).DURATION": 2.95, "MOTION(1).VELOCITY": "0,0,-2e-3", "MOTION(3).VELOCITY": f"{speed},0,0"}
-    refused = run("pin.nml", "--check=scene", sets=sets | {"TIME.MASS_SCALING": 1e11}, expect=driver.BAD_INPUT)
+    refused = run("pin.nml", "--check=scene", sets=sets | {"TIME.MASS_SCALING": "1e11"}, expect=driver.BAD_INPUT)
     most = float(re.search(r"MASS_SCALING = 1e11: .* At most (\S+)", refused.err)[1])
     assert most == pytest.approx(passes, rel=0.02)
     run("pin.nml", "--check=scene", sets=sets | {"TIME.MASS_SCALING": 1.01 * most}, expect=driver.BAD_INPUT)
