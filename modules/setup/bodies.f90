@@ -13,7 +13,9 @@ module setup_bodies
   implicit none (type, external)
   private
 
-  public :: check_shapes, read_bodies, read_surfaces
+  public :: check_shapes, face_names, is_face, read_bodies, read_surfaces
+
+  character(4), parameter :: face_names(6) = ['xmin', 'xmax', 'ymin', 'ymax', 'zmin', 'zmax']
 
 contains
 
@@ -79,7 +81,6 @@ contains
   subroutine read_surfaces(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
-    character(4), parameter :: faces(6) = ['xmin', 'xmax', 'ymin', 'ymax', 'zmin', 'zmax']
     character(:), allocatable :: wanted
     type(film_t) :: film
     integer :: body, face, i
@@ -90,26 +91,45 @@ contains
       body = find(scene%body%name, input%text('SURFACE', i, 'BODY'))
       if (body == 0) cycle
       wanted = input%text('SURFACE', i, 'FACE')
-      film = film_of(input, i, scene%method%has_mechanics)
+      film = film_of(input, i, scene, body)
       do face = 1, 6
-        if (wanted /= 'all' .and. wanted /= faces(face)) cycle
+        if (.not. is_face(wanted, face)) cycle
         scene%body(body)%film(face) = film
       end do
     end do
   end subroutine read_surfaces
 
-  !> Heat-transfer film of the `i`-th &SURFACE.
-  type(film_t) function film_of(input, i, has_mechanics) result(film)
+  !> True if the value of FACE names face 1 to 6 (xmin, xmax, ...).
+  pure logical function is_face(wanted, face)
+    character(*), intent(in) :: wanted
+    integer, intent(in) :: face
+
+    is_face = wanted == 'all' .or. wanted == face_names(face) .or. &
+              (wanted == 'sides' .and. face <= 4)
+  end function is_face
+
+  !> Heat-transfer film of the `i`-th &SURFACE. A film with BACKING = 'body' has the
+  !> resistance of a millionth of a particle spacing, as the metal goes on behind it.
+  type(film_t) function film_of(input, i, scene, body) result(film)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
-    logical, intent(in) :: has_mechanics
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: body
 
     film%ambient = input%real('SURFACE', i, 'AMBIENT', otherwise=input%real('HEAT', 1, 'AMBIENT'))
     film%emissivity = input%real('SURFACE', i, 'EMISSIVITY')
     film%has_backing = input%text('SURFACE', i, 'BACKING') /= 'none'
     film%of = find(['none    ', 'pressure'], input%text('SURFACE', i, 'TABLE_OF')) - 1
     if (film%of == of_nothing) then
-      film%coefficient = input%real('SURFACE', i, 'COEFFICIENT')
+      if (input%text('SURFACE', i, 'BACKING') == 'body') then
+        associate (metal => scene%material(scene%body(body)%material))
+          film%coefficient = 1.0e6_rp*metal%conductivity_at(input%real('BODY', body, 'TEMPERATURE')) &
+                             /minval(scene%body(body)%spacing)
+        end associate
+      else if (.not. input%given('SURFACE', i, 'COEFFICIENT')) then
+        call input%report('SURFACE', i, 'COEFFICIENT', 'is missing')
+      end if
+      film%coefficient = input%real('SURFACE', i, 'COEFFICIENT', otherwise=film%coefficient)
       film%factor = input%real('SURFACE', i, 'PRESSURE_FACTOR')
       film%exponent = input%real('SURFACE', i, 'PRESSURE_EXPONENT')
       if (film%factor > 0.0_rp) film%of = of_pressure
@@ -123,7 +143,7 @@ contains
         call check_rising(input, 'SURFACE', i, 'TABLE_AT', film%at)
       end if
     end if
-    if (film%of == of_pressure .and. .not. has_mechanics) then
+    if (film%of == of_pressure .and. .not. scene%method%has_mechanics) then
       call input%report('SURFACE', i, '', 'a coefficient by pressure needs mechanics: with '// &
                         'MECHANICS = F no pressure is known')
     end if

@@ -6,6 +6,7 @@ module setup_check_sense
   use input_syntax, only: to_real
   use input_values, only: input_t
   use physics_point, only: point_t
+  use setup_bodies, only: is_face
   use setup_boundary, only: wall_of, wall_t
   use setup_solids, only: extent_of, is_in_body, read_all_solids, solids_t
   use setup_volumes, only: filled_share
@@ -186,13 +187,21 @@ contains
       face = input%text('SURFACE', i, 'FACE')
       do j = 1, i - 1
         if (input%text('SURFACE', i, 'BODY') /= input%text('SURFACE', j, 'BODY')) cycle
-        if (face /= 'all' .and. face /= input%text('SURFACE', j, 'FACE')) cycle
+        if (.not. covers(face, input%text('SURFACE', j, 'FACE'))) cycle
         call input%report('SURFACE', i, 'FACE', 'takes the place of another, '//location_of(input, &
                           'SURFACE', j))
         exit
       end do
     end do
   end subroutine compare_surfaces
+
+  !> True if one value of FACE has all faces of another.
+  pure logical function covers(face, other)
+    character(*), intent(in) :: face, other
+    integer :: k
+
+    covers = all([(is_face(face, k) .or. .not. is_face(other, k), k=1, 6)])
+  end function covers
 
   !> Report bodies whose shapes overlap.
   subroutine compare_bodies(input, scene, solids)

@@ -114,10 +114,11 @@ contains
 
     call t%group('SURFACE', 'repeat', 'Exchange of heat at the surface of a body.')
     call t%key('BODY', 'text', 1, '', 'required', '&BODY', 'NAME of the &BODY')
-    call t%key('FACE', 'choice', 1, '', 'all', 'xmin xmax ymin ymax zmin zmax all', &
-      'faces of the body by the direction they look to')
-    call t%key('COEFFICIENT', 'real', 1, 'W/(m2 K)', 'required if TABLE_OF = none', '[0,inf)', &
-      'heat transfer coefficient')
+    call t%key('FACE', 'choice', 1, '', 'all', 'xmin xmax ymin ymax zmin zmax sides all', &
+      'faces of the body by the direction they look to; sides: the four along x and y')
+    call t%key('COEFFICIENT', 'real', 1, 'W/(m2 K)', 'if TABLE_OF = none', '[0,inf)', &
+      'heat transfer coefficient; required unless BACKING = body, which without it has no '// &
+      'resistance')
     call t%key('PRESSURE_FACTOR', 'real', 1, 'W/(m2 K)', '0 if TABLE_OF = none', '[0,inf)', &
       'what a pressure p of the body on the face adds to COEFFICIENT: '// &
       'PRESSURE_FACTOR (p/1 MPa)^PRESSURE_EXPONENT')
@@ -139,9 +140,10 @@ contains
   subroutine add_backing(t)
     type(key_table_t), intent(inout) :: t
 
-    call t%key('BACKING', 'choice', 1, '', 'none', 'none plate lumped', &
+    call t%key('BACKING', 'choice', 1, '', 'none', 'none plate lumped body', &
       'what is behind the film and gets hot, by itself and without particles: a plate, in '// &
-      'which heat goes straight away from the face, or a body of one temperature')
+      'which heat goes straight away from the face, a body of one temperature, or more of the '// &
+      'metal of the body itself, without end')
     call t%key('BACKING_CONDUCTIVITY', 'real', 1, 'W/(m K)', 'required if BACKING = plate', &
       '(0,1e6]', 'of the plate')
     call t%key('BACKING_DENSITY', 'real', 1, 'kg/m3', 'required if BACKING = plate', '(0,inf)', &
@@ -152,8 +154,9 @@ contains
       'of the plate; 0: without end')
     call t%key('BACKING_CAPACITY', 'real', 1, 'J/K', 'required if BACKING = lumped', '(0,inf)', &
       'of the body of one temperature')
-    call t%key('BACKING_TEMPERATURE', 'real', 1, 'K', 'if BACKING = plate or lumped', '(0,inf)', &
-      'of what is behind the film at t = 0; not given: AMBIENT')
+    call t%key('BACKING_TEMPERATURE', 'real', 1, 'K', 'if BACKING = plate or lumped or body', &
+      '(0,inf)', 'of what is behind the film at t = 0; not given: AMBIENT, for body that of the '// &
+      'body')
     call t%key('BACKING_COOLING', 'real', 1, 'W/(m2 K)', '0 if BACKING = plate or lumped', &
       '[0,inf)', 'film to AMBIENT at the far side of the plate, or of the body of one '// &
       'temperature, over the area of the face')

@@ -8,6 +8,7 @@ module setup_sinks
   use base_text, only: str
   use input_key_table, only: find
   use input_values, only: input_t
+  use setup_bodies, only: face_names, is_face
   use setup_boundary, only: wall_of, wall_t
   use setup_solids, only: extent_of, read_body_solids, solid_t
   use simulation_scene, only: scene_t, scheme_usl
@@ -17,8 +18,6 @@ module setup_sinks
   private
 
   public :: log_heat_shares, read_backings, read_tool_heat
-
-  character(4), parameter :: face_names(6) = ['xmin', 'xmax', 'ymin', 'ymax', 'zmin', 'zmax']
 
   character(16), parameter :: property(3) = [character(16) :: 'CONDUCTIVITY', 'DENSITY', &
                                              'SPECIFIC_HEAT']
@@ -41,7 +40,7 @@ contains
       body = find(scene%body%name, input%text('SURFACE', i, 'BODY'))
       if (body == 0 .or. input%diagnostics%count() > 0) cycle
       do face = 1, 6
-        if (all(input%text('SURFACE', i, 'FACE') /= ['all ', face_names(face)])) cycle
+        if (.not. is_face(input%text('SURFACE', i, 'FACE'), face)) cycle
         if (.not. scene%body(body)%film(face)%has_backing) cycle
         call make_backing(input, i, scene, body, face, new)
         k = find_backing(backing, body, face)
@@ -85,8 +84,9 @@ contains
     real(rp), parameter :: rounding = 1.0e-9_rp
     type(heat_sink_t) :: column
     type(solid_t), allocatable :: solids(:)
-    real(rp) :: area, extent(2), lower(3), start, upper(3)
-    logical :: is_plate
+    real(rp) :: area, extent(2), lower(3), properties(3), start, thickness, upper(3)
+    character(:), allocatable :: kind
+    integer :: k
 
     backing%name = trim(scene%body(body)%name)//'_'//face_names(face)//'_backing'
     backing%body = body
@@ -96,23 +96,31 @@ contains
     call extent_of(solids, lower, upper)
     backing%lower = lower(backing%across)
     extent = upper(backing%across) - backing%lower
-    is_plate = input%text('SURFACE', i, 'BACKING') == 'plate'
-    if (is_plate) backing%n = max(1, ceiling(extent/scene%grid%h(backing%across) - rounding))
+    kind = input%text('SURFACE', i, 'BACKING')
+    if (kind /= 'lumped') backing%n = max(1, ceiling(extent/scene%grid%h(backing%across) - rounding))
     backing%width = extent/backing%n
     backing%period = scene%grid%h(backing%across)*scene%grid%period(backing%across)
     area = product(backing%width)
-    column%cooling = area*input%real('SURFACE', i, 'BACKING_COOLING')
     column%coolant = scene%body(body)%film(face)%ambient
     start = input%real('SURFACE', i, 'BACKING_TEMPERATURE', otherwise=column%coolant)
-    if (is_plate) then
-      call column%make_rod(area, input%real('SURFACE', i, 'BACKING_THICKNESS'), &
-                           0.25_rp*minval(scene%body(body)%spacing), &
-                           input%real('SURFACE', i, 'BACKING_CONDUCTIVITY'), &
-                           input%real('SURFACE', i, 'BACKING_DENSITY') &
-                           *input%real('SURFACE', i, 'BACKING_SPECIFIC_HEAT'), start)
-    else
+    thickness = 0.0_rp
+    select case (kind)
+    case ('body')
+      start = input%real('SURFACE', i, 'BACKING_TEMPERATURE', &
+                         otherwise=input%real('BODY', body, 'TEMPERATURE'))
+      associate (metal => scene%material(scene%body(body)%material))
+        properties = [metal%conductivity_at(start), metal%rho, metal%specific_heat_at(start)]
+      end associate
+    case ('plate')
+      column%cooling = area*input%real('SURFACE', i, 'BACKING_COOLING')
+      thickness = input%real('SURFACE', i, 'BACKING_THICKNESS')
+      properties = [(input%real('SURFACE', i, 'BACKING_'//trim(property(k))), k=1, 3)]
+    case default
+      column%cooling = area*input%real('SURFACE', i, 'BACKING_COOLING')
       call column%make_lumped(input%real('SURFACE', i, 'BACKING_CAPACITY'), start)
-    end if
+    end select
+    if (kind /= 'lumped') call column%make_rod(area, thickness, 0.25_rp*minval(scene%body(body) &
+        %spacing), properties(1), properties(2)*properties(3), start)
     allocate (backing%column(product(backing%n)), source=column)
   end subroutine make_backing
 

@@ -232,3 +232,26 @@ def test_source_across_a_periodic_side(run, tmp_path):
         found += [history["temperature_max[K]"][-1]]
         assert history["source_heat[J]"][-1] == pytest.approx(2.0)
     assert found[1] == pytest.approx(found[0], rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_more_of_the_same_metal(run, tmp_path, seed):
+    """BACKING = 'body' in one word, on four faces named in one, is more of the metal: heat into it as into a half space of the
+    same metal within 1 % of it once it has gone nine cells deep, and none where it begins at the temperature of the body."""
+    metal, _, hot, cold = draw(seed)
+    text = PLATE.sub("BACKING = 'body' /", (driver.INPUTS / "backed_column.nml").read_text()).replace(", COEFFICIENT = 5e3", "")
+    (tmp_path / "backed_column.nml").write_text(text)
+    sets = sets_of(metal, {}, hot, cold)
+    history = run("backed_column.nml", "--quiet", sets=sets).results("backed_column").history()
+    conserves(history, BACKING)
+    late = history["time[s]"] > 0.249 * history["time[s]"][-1]
+    wanted = CELL**2 * np.array([heat_through(t, effusivity(metal), effusivity(metal), hot - cold, 1e12)
+                                 for t in history["time[s]"][late]])
+    error = history[f"{BACKING}_heat_gained[J]"][late] / wanted - 1.0
+    print(seed, error[0], error[-1])
+    assert np.abs(error).max() < 0.01
+    del sets["SURFACE.BACKING_TEMPERATURE"]
+    (tmp_path / "backed_column.nml").write_text(text.replace("FACE = 'zmin'", "FACE = 'sides'"))
+    history = run("backed_column.nml", "--quiet", "--overwrite", sets=sets).results("backed_column").history()
+    for face in ("xmin", "xmax", "ymin", "ymax"):
+        assert np.abs(history[f"column_{face}_backing_heat_gained[J]"]).max() < 1e-9 * wanted[-1]
