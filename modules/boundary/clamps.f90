@@ -361,7 +361,7 @@ contains
     end associate
   end function enters_box
 
-  !> True if `x` or one of its nearest images is inside the box of clamp `c`.
+  !> True if `x` or one of its nearest images is inside the box of clamp `c`, which is not released.
   pure logical function box_has(sim, c, x)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: c
@@ -370,6 +370,8 @@ contains
     logical :: inside(3)
     integer :: turn
 
+    box_has = .false.
+    if (sim%clock%time >= sim%scene%clamp(c)%clamp%until) return
     inside = .false.
     associate (patch => sim%nodes%patch, clamp => sim%scene%clamp(c)%clamp)
       do turn = -1, 1

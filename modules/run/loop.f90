@@ -262,12 +262,25 @@ contains
     character(:), allocatable, intent(inout) :: message
 
     if (sim%clock%step - sim%clock%sorted_at < sim%scene%method%sort_interval &
-        .and. .not. may_leave_cell(sim)) return
+        .and. .not. may_leave_cell(sim) .and. .not. is_released(sim)) return
     call check_inside(sim, status, message)
     if (status == ended_broken) return
     call regrid(sim)
     call sim%timer%lap(ph_sorting)
   end subroutine sort_if_due
+
+  !> True if a clamp was released in the last step.
+  pure logical function is_released(sim)
+    type(simulation_t), intent(in) :: sim
+    integer :: c
+
+    is_released = .false.
+    do c = 1, size(sim%scene%clamp)
+      associate (until => sim%scene%clamp(c)%clamp%until, clock => sim%clock)
+        is_released = is_released .or. (clock%time >= until .and. clock%time - clock%dt < until)
+      end associate
+    end do
+  end function is_released
 
   !> Stop the run on all ranks if a particle is outside the grid and not debris. Ranks wait here for
   !> the others, which is not counted as sorting.

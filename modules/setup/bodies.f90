@@ -123,8 +123,8 @@ contains
     if (film%of == of_nothing) then
       if (input%text('SURFACE', i, 'BACKING') == 'body') then
         associate (metal => scene%material(scene%body(body)%material))
-          film%coefficient = 1.0e6_rp*metal%conductivity_at(input%real('BODY', body, 'TEMPERATURE')) &
-                             /minval(scene%body(body)%spacing)
+          film%coefficient = 1.0e6_rp/minval(scene%body(body)%spacing) &
+                             *metal%conductivity_at(input%real('BODY', body, 'TEMPERATURE'))
         end associate
       else if (.not. input%given('SURFACE', i, 'COEFFICIENT')) then
         call input%report('SURFACE', i, 'COEFFICIENT', 'is missing')

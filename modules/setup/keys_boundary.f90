@@ -155,8 +155,8 @@ contains
     call t%key('BACKING_CAPACITY', 'real', 1, 'J/K', 'required if BACKING = lumped', '(0,inf)', &
       'of the body of one temperature')
     call t%key('BACKING_TEMPERATURE', 'real', 1, 'K', 'if BACKING = plate or lumped or body', &
-      '(0,inf)', 'of what is behind the film at t = 0; not given: AMBIENT, for body that of the '// &
-      'body')
+      '(0,inf)', 'of what is behind the film at t = 0; not given: AMBIENT, with body '// &
+      'that of the body')
     call t%key('BACKING_COOLING', 'real', 1, 'W/(m2 K)', '0 if BACKING = plate or lumped', &
       '[0,inf)', 'film to AMBIENT at the far side of the plate, or of the body of one '// &
       'temperature, over the area of the face')

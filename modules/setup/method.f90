@@ -287,12 +287,15 @@ contains
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool(:)
     character(:), allocatable :: text
+    integer :: i
 
     text = ''
     if (size(tool) == 0) then
       text = 'no &TOOL'
     else if (.not. all(tool%has_shape()) .or. size(scene%tool_of) > 1) then
       text = 'bodies in contact'
+    else if (any([(input%given('CLAMP', i, 'UNTIL'), i=1, input%count('CLAMP'))])) then
+      text = 'a &CLAMP that is released'
     else if (input%count('LOAD') > 0) then
       text = 'a &LOAD'
     else if (input%count('FIELD') > 0) then

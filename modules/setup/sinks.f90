@@ -97,7 +97,9 @@ contains
     backing%lower = lower(backing%across)
     extent = upper(backing%across) - backing%lower
     kind = input%text('SURFACE', i, 'BACKING')
-    if (kind /= 'lumped') backing%n = max(1, ceiling(extent/scene%grid%h(backing%across) - rounding))
+    if (kind /= 'lumped') then
+      backing%n = max(1, ceiling(extent/scene%grid%h(backing%across) - rounding))
+    end if
     backing%width = extent/backing%n
     backing%period = scene%grid%h(backing%across)*scene%grid%period(backing%across)
     area = product(backing%width)

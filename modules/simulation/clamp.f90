@@ -18,6 +18,7 @@ module simulation_clamp
     logical :: held(3) = .true.       !! held components of the velocity
     logical :: is_wall = .false.      !! a &WALL, not a &CLAMP
     real(rp) :: velocity(3) = 0.0_rp  !! velocity of all nodes at all times if it is uniform [m/s]
+    real(rp) :: until = huge(1.0_rp)  !! time of its release [s]
     logical :: is_uniform = .true.    !! the velocity is uniform; otherwise `velocity_at` gives it
   contains
     procedure, nopass :: add_keys
@@ -45,6 +46,8 @@ contains
     call t%key('UPPER', 'real', 3, 'm', 'required', '', 'upper corner of the box')
     call t%key('COMPONENTS', 'text', 1, '', 'xyz', 'xyz', &
                'components of the velocity that are held')
+    call t%key('UNTIL', 'real', 1, 's', '', '(0,inf)', &
+               'time at which the nodes are released; not given: never')
   end subroutine add_box_keys
 
   !> Read the keys of the `i`-th group.
@@ -68,6 +71,7 @@ contains
 
     self%lower = input%reals(group, i, 'LOWER', 3)
     self%upper = input%reals(group, i, 'UPPER', 3)
+    self%until = input%real(group, i, 'UNTIL', otherwise=self%until)
     letters = input%text(group, i, 'COMPONENTS')
     self%held = [(index(letters, 'xyz'(a:a)) > 0, a=1, 3)]
     if (any(self%upper < self%lower)) then

@@ -414,3 +414,23 @@ def test_block_rubs_on_a_wall(run, sets, ranks, pull):
     v = end.mass @ end.v / mass
     print(pull, v)
     assert v[:2] == pytest.approx([max(0.0, pull - 0.3) * pressed / mass, 0.0], abs=0.02)
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_released_clamp(run, tmp_path, ranks):
+    """A clamp lets go UNTIL a time, at the end of that step: momentum is that of the load less what the clamp took, to rounding,
+    the clamp takes nothing afterwards, and a run that is continued across the release is the same."""
+    text = (driver.INPUTS / "released.nml").read_text(encoding="utf-8").split(", DEFORMATION")
+    text = text[0] + " /" + text[1].split("/", 1)[1]
+    clamp = "&CLAMP LOWER = -1e-3, -1e-3, -1e-3, UPPER = 1e-4, 5e-3, 5e-3, UNTIL = 1.05e-3 /\n"
+    (tmp_path / "block.nml").write_text(text + clamp, encoding="utf-8")
+    results = run("block.nml", "--quiet", ranks=ranks).results("block")
+    history, end = results.history(), results.checkpoint()
+    time, force = history["time[s]"], history["clamp1_force_y[N]"]
+    after = time > 1.05e-3 + 100e-6
+    assert after.sum() > 5 and np.all(force[after] == 0.0) and np.all(force[1:8] < 0.0)
+    taken = (force[1:] * np.diff(time)).sum()
+    assert end.momentum()[1] == pytest.approx(1e-3 * time[-1] + taken, rel=1e-9)
+    run("block.nml", "--quiet", ranks=ranks, sets={"TIME.MAX_STEPS": 100, "RUN.NAME": "half"})
+    run(None, "--quiet", "--restart", "half.out/half_checkpoint.h5", ranks=ranks, sets={"TIME.MAX_STEPS": 0})
+    assert np.array_equal(driver.Results(tmp_path / "half.out", "half").checkpoint().tau, end.tau)
