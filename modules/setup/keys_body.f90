@@ -86,7 +86,8 @@ contains
     call t%group('SHAPE', 'repeat required', &
       'A piece of a body, added or cut away; the pieces of a body act in the order of the file.')
     call t%key('BODY', 'text', 1, '', 'required', '&BODY', 'NAME of the &BODY')
-    call t%key('KIND', 'choice', 1, '', 'box', 'box cylinder sphere trapezoid', 'geometry')
+    call t%key('KIND', 'choice', 1, '', 'box', 'box cylinder sphere trapezoid stl', &
+      'geometry; stl: the solid inside a closed surface from a file')
     call t%key('OPERATION', 'choice', 1, '', 'add', 'add subtract', 'add material or cut it away')
     call t%key('LOWER', 'real', 3, 'm', 'required if KIND = box or trapezoid', '', 'lower corner')
     call t%key('UPPER', 'real', 3, 'm', 'required if KIND = box or trapezoid', '', 'upper corner')
@@ -106,6 +107,12 @@ contains
       'width at the LOWER end of ALONG')
     call t%key('WIDTH_UPPER', 'real', 1, 'm', 'required if KIND = trapezoid', '[0,inf)', &
       'width at the UPPER end of ALONG')
+    call t%key('FILE', 'text', 1, '', 'required if KIND = stl', '', &
+      'STL file of a closed surface, text or binary, beside the input')
+    call t%key('UNIT', 'choice', 1, '', 'required if KIND = stl', 'm cm mm um in', &
+      'length of 1 in the file')
+    call t%key('POSITION', 'real', 3, 'm', '0 0 0 if KIND = stl', '', &
+      'where the origin of the file lies')
   end subroutine add_body
 
   !> Add the rows of &FIELD to the table.

@@ -1,10 +1,13 @@
 ! SPDX-License-Identifier: MIT
-!> Solids of which bodies consist: boxes, cylinders, spheres and trapezoidal prisms, added or
-!> subtracted.
+!> Solids of which bodies consist: boxes, cylinders, spheres, trapezoidal prisms and the insides of
+!> closed surfaces, added or subtracted.
 module setup_solids
   use base_kinds, only: pi, rp
   use input_key_table, only: find
   use input_values, only: input_t
+  use tools_mesh, only: new_mesh, surface_mesh_t
+  use tools_mesh_facets, only: facets_t
+  use tools_shape_stl, only: read_facets
   implicit none (type, external)
   private
 
@@ -13,19 +16,21 @@ module setup_solids
             is_inside, read_solid, reference, round_points, shapes_of
 
   integer, parameter, public :: solid_box = 1, solid_cylinder = 2, solid_sphere = 3, &
-                                solid_trapezoid = 4
+                                solid_trapezoid = 4, solid_mesh = 5
   !> Values of KIND of the solids.
-  character(9), parameter :: names(4) = ['box      ', 'cylinder ', 'sphere   ', 'trapezoid']
+  character(9), parameter :: names(5) = ['box      ', 'cylinder ', 'sphere   ', 'trapezoid', &
+                                         'stl      ']
 
   !> A solid.
   type :: solid_t
     integer :: kind = solid_box
     logical :: adds = .true.
-    real(rp) :: lower(3) = 0.0_rp, upper(3) = 0.0_rp   !! box, trapezoid [m]
+    real(rp) :: lower(3) = 0.0_rp, upper(3) = 0.0_rp   !! box, trapezoid, box of a mesh [m]
     real(rp) :: centre(3) = 0.0_rp, radius = 0.0_rp, length = 0.0_rp   !! cylinder, sphere [m]
     integer :: axis = 3                                !! axis of a cylinder
     integer :: along = 1, across = 2                   !! axes of a trapezoid
     real(rp) :: width(2) = 0.0_rp                      !! widths of a trapezoid at both ends [m]
+    type(surface_mesh_t), allocatable :: mesh
   end type solid_t
 
   !> The solids of one body.
@@ -93,6 +98,8 @@ contains
         call input%report('SHAPE', i, 'UPPER', 'must be above LOWER on every axis')
       end if
       if (solid%kind == solid_trapezoid) call read_trapezoid()
+    case (solid_mesh)
+      call read_mesh()
     case default
       call require_key('CENTRE')
       call require_key('RADIUS')
@@ -124,6 +131,21 @@ contains
         call input%report('SHAPE', i, 'ACROSS', 'must be another axis than ALONG')
       end if
     end subroutine read_trapezoid
+
+    subroutine read_mesh()
+      type(facets_t) :: facets
+      logical :: ok
+
+      allocate (solid%mesh)
+      call require_key('FILE')
+      call require_key('UNIT')
+      call read_facets(input, 'SHAPE', i, facets, ok)
+      if (.not. ok) return
+      facets%x = facets%x + spread(input%reals('SHAPE', i, 'POSITION', 3), 2, size(facets%x, 2))
+      call new_mesh(facets, solid%mesh)
+      solid%lower = solid%mesh%lower
+      solid%upper = solid%mesh%upper
+    end subroutine read_mesh
   end subroutine read_solid
 
   !> True if `x` is in the body made of `solids` in their order.
@@ -169,7 +191,7 @@ contains
   pure logical function holds(solid, x)
     type(solid_t), intent(in) :: solid
     real(rp), intent(in) :: x(3)
-    real(rp) :: d(3), s, w
+    real(rp) :: apart, d(3), edge, s, w
 
     select case (solid%kind)
     case (solid_box)
@@ -185,6 +207,11 @@ contains
       d = x - solid%centre
       holds = abs(d(solid%axis)) < 0.5_rp*solid%length &
               .and. sum(d**2) - d(solid%axis)**2 < solid%radius**2
+    case (solid_mesh)
+      holds = all(x > solid%lower .and. x < solid%upper)
+      if (.not. holds) return
+      call solid%mesh%distance(x, apart, d, edge)
+      holds = apart < 0.0_rp
     case default
       holds = sum((x - solid%centre)**2) < solid%radius**2
     end select
@@ -198,7 +225,7 @@ contains
 
     lower = solid%lower
     upper = solid%upper
-    if (solid%kind == solid_box .or. solid%kind == solid_trapezoid) return
+    if (.not. is_round(solid)) return
     half = solid%radius
     if (solid%kind == solid_cylinder) half(solid%axis) = 0.5_rp*solid%length
     lower = solid%centre - half
@@ -236,7 +263,7 @@ contains
     call extent_of(solids, lower, upper)
     p = 0
     do i = 1, size(solids)
-      if (solids(i)%kind == solid_box .or. solids(i)%kind == solid_trapezoid) cycle
+      if (.not. is_round(solids(i))) cycle
       axis = merge(solids(i)%axis, 3, solids(i)%kind == solid_cylinder)
       call bounds(solids(i), low, high)
       low = max(low, lower)
@@ -260,13 +287,20 @@ contains
     x = reshape(pack(candidate(:, :p), spread(is_in(:p), 1, 3)), [3, count(is_in(:p))])
   end function round_points
 
+  !> True for cylinders and spheres.
+  pure logical function is_round(solid)
+    type(solid_t), intent(in) :: solid
+
+    is_round = solid%kind == solid_cylinder .or. solid%kind == solid_sphere
+  end function is_round
+
   !> Anchor of lattices: a corner of a solid, or the centre of a round one [m].
   pure function reference(solid) result(x)
     type(solid_t), intent(in) :: solid
     real(rp) :: x(3)
 
     x = solid%lower
-    if (solid%kind == solid_box .or. solid%kind == solid_trapezoid) return
+    if (.not. is_round(solid)) return
     x = solid%centre
     if (solid%kind == solid_cylinder) x(solid%axis) = x(solid%axis) - 0.5_rp*solid%length
   end function reference

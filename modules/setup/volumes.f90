@@ -164,6 +164,10 @@ contains
     upper = min(upper, around(:, 2))
     volume = 0.0_rp
     if (any(upper <= lower)) return
+    if (size(solid) == 1 .and. allocated(solid(1)%mesh)) then
+      volume = solid(1)%mesh%volume
+      return
+    end if
     volume = product(upper - lower)*change_in_cell(solid, lower, upper - lower, max_level)
   end function exact_volume
 

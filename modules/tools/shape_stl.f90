@@ -13,7 +13,7 @@ module tools_shape_stl
   implicit none (type, external)
   private
 
-  public :: stl_shape_t
+  public :: read_facets, stl_shape_t
 
   type, extends(meshed_t) :: stl_shape_t
   contains
@@ -44,11 +44,10 @@ contains
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(out) :: frame(3, 3)
-    character(:), allocatable :: path
     type(facets_t) :: facets
-    real(rp) :: axes(3, 3), axis(3), origin(3), unit
-    integer :: before, p
-    logical :: opened
+    real(rp) :: axes(3, 3), axis(3), origin(3)
+    integer :: p
+    logical :: ok
 
     frame = tilted_frame(input, i)
     axis = input%reals('TOOL', i, 'AXIS', 3)
@@ -56,21 +55,39 @@ contains
       call input%report('TOOL', i, 'AXIS', 'must not be zero')
       return
     end if
-    path = file_path(input, 'TOOL', i)
-    unit = metres(input%text('TOOL', i, 'UNIT'))
-    if (path == '' .or. unit <= 0.0_rp) return   ! reported before
-    before = input%diagnostics%count()
-    call read_stl(path, facets, opened, input%diagnostics)
-    if (.not. opened) call input%report('TOOL', i, 'FILE', path//' cannot be read')
-    if (input%diagnostics%count() > before) return
+    call read_facets(input, 'TOOL', i, facets, ok)
+    if (.not. ok) return
     axes = axes_of(axis/norm2(axis), input%real('TOOL', i, 'TURN_DEG')*pi/180.0_rp)
     origin = input%reals('TOOL', i, 'ORIGIN', 3)
     do p = 1, size(facets%x, 2)
-      facets%x(:, p) = matmul(axes, unit*facets%x(:, p) - origin)
+      facets%x(:, p) = matmul(axes, facets%x(:, p) - origin)
     end do
     call new_mesh(facets, self%mesh)
     self%radius = self%mesh%radius
   end subroutine read_keys
+
+  !> Read the facets of the `i`-th `group` from its FILE in its UNIT [m]; report errors.
+  subroutine read_facets(input, group, i, facets, ok)
+    type(input_t), intent(in) :: input
+    character(*), intent(in) :: group
+    integer, intent(in) :: i
+    type(facets_t), intent(out) :: facets
+    logical, intent(out) :: ok
+    character(:), allocatable :: path
+    real(rp) :: unit
+    integer :: before
+    logical :: opened
+
+    ok = .false.
+    path = file_path(input, group, i)
+    unit = metres(input%text(group, i, 'UNIT'))
+    if (path == '' .or. unit <= 0.0_rp) return   ! reported before
+    before = input%diagnostics%count()
+    call read_stl(path, facets, opened, input%diagnostics)
+    if (.not. opened) call input%report(group, i, 'FILE', path//' cannot be read')
+    ok = input%diagnostics%count() == before
+    if (ok) facets%x = unit*facets%x
+  end subroutine read_facets
 
   !> Length of a unit [m]; 0 for an unknown unit.
   pure real(rp) function metres(unit)
