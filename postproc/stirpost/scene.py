@@ -190,7 +190,9 @@ class Cavity:
 
 
 def cavity_of(scene: Scene, bodies: list[str]) -> Cavity | None:
-    """What is cut out of the bodies; None if nothing is."""
+    """What is cut out of the bodies; None if nothing is, or if a surface from a file is among them."""
+    if any(str(shape.get("kind", "box")).lower() == "stl" for shape in scene.groups("shape")):
+        return None
     solids = [solid for body in bodies for solid in scene.solids(body)]
     cuts = [s for s in solids if not s.adds]
     if not cuts:

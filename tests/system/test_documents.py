@@ -69,6 +69,21 @@ def test_files_exist(path):
 PLAIN = dict(driver.ENVIRONMENT, PATH="/usr/local/bin:/usr/bin:/bin")
 
 
+def anchors_of(path):
+    """The anchors of a page: of its headings, as the site and GitHub make them."""
+    headings = re.findall(r"^#+ (.*)", re.sub(r"^```.*?^```", "", path.read_text(encoding="utf-8"), flags=re.M | re.S), re.M)
+    return {re.sub(r"[^\w -]", "", heading.lower()).strip().replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
+def test_links_lead_to_headings(path):
+    """What stands behind the # of a link is a heading of the page that it leads to."""
+    links = [link.split("#") for link in re.findall(r"\]\(([^)\s]+)\)", path.read_text(encoding="utf-8")) if not re.match(r"\w+:", link)]
+    lost = [link for link in links if len(link) == 2 and link[0].endswith((".md", "/") if link[0] else "")
+            and link[1] not in anchors_of((path.parent / link[0]) if link[0] else path)]
+    assert not lost
+
+
 def output_of(words):
     done = subprocess.run(words, cwd=driver.ROOT, env=PLAIN, capture_output=True, text=True, timeout=120)
     return done.returncode, done.stdout + done.stderr
@@ -89,15 +104,22 @@ def test_messages():
     assert re.findall(r"^\| (\d+) \|", page, re.M) == re.findall(r"(?<!\w)(\d+) [a-z]", helped)
 
 
-# The scene of the recipes: short, with tracers.
-RECIPES = "&TRACER NAME = 'track', KIND = 'line', FROM = 24e-3, 12e-3, 11e-3, TO = 24e-3, 28e-3, 11e-3, SPACING = 4e-3 /\n"
+def tutorial_scene(directory):
+    """The weld.nml of the tutorial as `stirpoint --new pin` writes it, in cells so coarse that a run takes a few seconds."""
+    text = output_of([driver.EXECUTABLE, "--new", "pin"])[1]
+    for key, value in {"CELL": "4e-3", "MASS_SCALING": "1e7"}.items():
+        text, count = re.subn(rf"(?<=[ ,]){key} = [-+.\w]+", f"{key} = {value}", text)
+        assert count == 1, key
+    (directory / "weld.nml").write_text(text, encoding="utf-8")
 
 
 def test_python(tmp_path):
-    """The blocks of docs/python.md run one after the other."""
+    """The blocks of docs/python.md run one after the other on the weld of the tutorial, with a tracer as they ask for."""
     blocks = re.findall(r"^```python\n(.*?)^```", (driver.ROOT / "docs/python.md").read_text(encoding="utf-8"), re.M | re.S)
     assert len(blocks) == 10
-    (tmp_path / "weld.nml").write_text((driver.INPUTS / "stir.nml").read_text(encoding="utf-8") + RECIPES, encoding="utf-8")
+    tutorial_scene(tmp_path)
+    with open(tmp_path / "weld.nml", "a", encoding="utf-8") as file:
+        file.write("&TRACER NAME = 'track', KIND = 'line', FROM = 30e-3, 12e-3, 7e-3, TO = 30e-3, 28e-3, 7e-3, SPACING = 4e-3 /\n")
     (tmp_path / "recipes.py").write_text("\n".join(blocks), encoding="utf-8")
     done = subprocess.run([sys.executable, "recipes.py"], cwd=tmp_path, env=driver.POSTPROC | {"STIRPOINT_EXECUTABLE": driver.EXECUTABLE},
                           capture_output=True, text=True, timeout=600)
@@ -114,15 +136,41 @@ def test_notebook(tmp_path):
     history, probes = made.history(), made.probes()
     time = history["time[s]"][10::10]
     rows = zip(time, 1.1 * history["tool_torque[Nm]"][10::10], np.interp(time, probes["time[s]"], probes["T1[K]"]) - 273.15)
-    log = "time [s];spindle torque [N m];T1 [C]\n" + "".join(f"{t};{a};{b}\n" for t, a, b in rows)
-    (tmp_path / "log.csv").write_text(log, encoding="utf-8")
     cells = ["".join(cell["source"]) for cell in book["cells"] if cell["cell_type"] == "code"]
     (tmp_path / "cells.py").write_text("\n".join(cells), encoding="utf-8")
-    done = subprocess.run([sys.executable, "cells.py"], cwd=tmp_path, env=driver.POSTPROC | {"MPLBACKEND": "agg"}, capture_output=True,
-                          text=True, timeout=600)
+    environment = driver.POSTPROC | {"MPLBACKEND": "agg"}
+    alone = subprocess.run([sys.executable, "cells.py"], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=600)
+    assert alone.returncode == 0 and "no log.csv here" in alone.stdout, alone.stderr
+    log = "time [s];spindle torque [N m];T1 [C]\n" + "".join(f"{t};{a};{b}\n" for t, a, b in rows)
+    (tmp_path / "log.csv").write_text(log, encoding="utf-8")
+    done = subprocess.run([sys.executable, "cells.py"], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stderr
     assert "tool torque, " in done.stdout and "T1, " in done.stdout and "energy audit" in done.stdout
     assert (tmp_path / "machine.png").stat().st_size > 10000
+
+
+def shell_lines(name):
+    """Commands in the fenced blocks of a page without a language, in their order, without comments."""
+    text = (driver.ROOT / "docs" / name).read_text(encoding="utf-8")
+    lines = [line.split(" #")[0].strip() for block in re.findall(r"^```\n(.*?)^```", text, re.M | re.S) for line in block.splitlines()]
+    return [line for line in lines if re.match(r"(mpirun -n \d+ )?(stirpoint|stirpost) ", line)]
+
+
+def test_tutorial(tmp_path):
+    """What the tutorial prints is typed, in order and as printed, in one folder, with the program and stirpost in PATH; the weld
+    that --new writes is made coarse before anything is done with it. Its variants and further runs stand in the text."""
+    text = (driver.ROOT / "docs/tutorial.md").read_text(encoding="utf-8")
+    further = [code for code in re.findall(r"`(stirpoint weld\.nml [^`]+)`", text)]
+    lines = shell_lines("tutorial.md") + further
+    assert lines[0] == "stirpoint --new pin > weld.nml" and "stirpost report weld.out" in lines and further
+    folders = [str(driver.pathlib.Path(driver.EXECUTABLE).parent), str(driver.pathlib.Path(sys.executable).parent), PLAIN["PATH"]]
+    environment = driver.POSTPROC | {"PATH": ":".join(folders)}
+    for line in lines:
+        done = subprocess.run(["bash", "-c", line], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=600)
+        assert done.returncode == 0, (line, done.stdout[-500:], done.stderr)
+        if "--new pin" in line:
+            tutorial_scene(tmp_path)
+    assert (tmp_path / "weld.out/report/report.html").exists()
 
 
 def check_program(words, directory):
