@@ -26,7 +26,7 @@ Usage: bash jobscripts/local.sh COMMAND
                              stress and what takes long), every (all and long)
   build                      install what is missing and build
   python                     install what is missing and make build/venv, with the command
-                             build/venv/bin/stirpost
+                             build/venv/bin/stirpost and what the tests need
   help                       show this
 
 RANKS=n in the environment sets the number of MPI ranks. Missing Debian packages are installed with
@@ -41,17 +41,30 @@ fail() {
   exit 1
 }
 
-# logged NAME COMMAND...: output to build/log/NAME.log; on failure shows its tail and ends.
+# logged NAME COMMAND...: output to build/log/NAME.log, of which the last line is shown now and then; on
+# failure shows its tail and ends.
 logged() {
-  local log=$logs/$1.log status=0
+  local log=$logs/$1.log status=0 watch
   shift
   mkdir -p "$logs"
+  : >"$log"
+  watch_log "$log" &
+  watch=$!
   "$@" >"$log" 2>&1 </dev/null || status=$?
+  kill "$watch" 2>/dev/null || true
+  wait "$watch" 2>/dev/null || true
   ((status == 0)) && return
   printf -- '---- last lines of %s\n' "$log" >&2
   tail -n 40 "$log" >&2
   printf -- '----\n' >&2
   fail "failed with exit status $status: $*"
+}
+
+watch_log() {
+  local begun=$SECONDS
+  while sleep 10 >/dev/null 2>&1 </dev/null; do
+    printf '    %d s: %s\n' "$((SECONDS - begun))" "$(tail -n 1 "$1" | tr -dc '[:print:]' | cut -c 1-90)"
+  done
 }
 
 # --- packages -----------------------------------------------------------------------------------
@@ -116,20 +129,26 @@ apt_install() {
 
 # --- Python -------------------------------------------------------------------------------------
 
+# What a run and its report need; `make_venv tests` also what the tests and documents need.
 make_venv() {
   export MPLCONFIGDIR=$root/build/matplotlib # its font cache: the home directory may be read-only
-  local wanted=$root/build/requirements stamp=$venv/requirements.installed
+  local all=$root/build/requirements wanted=$root/postproc/pyproject.toml stamp=$venv/requirements.installed
+  local more=()
   mkdir -p "$root/build"
-  cat "$root/postproc/requirements.txt" "$root/postproc/pyproject.toml" >"$wanted"
-  if cmp -s "$wanted" "$stamp" && "$venv/bin/python" -c 'import stirpost' 2>/dev/null; then
+  cat "$root/postproc/requirements.txt" "$root/postproc/pyproject.toml" >"$all"
+  if [[ ${1:-} == tests ]]; then
+    wanted=$all
+    more=(-r "$root/postproc/requirements.txt")
+  fi
+  if { cmp -s "$wanted" "$stamp" || cmp -s "$all" "$stamp"; } && "$venv/bin/python" -c 'import stirpost' 2>/dev/null; then
     return
   fi
-  stage "Setting up Python in build/venv (from PyPI)"
+  stage "Setting up Python in build/venv (from PyPI${more:+, with what the tests need})"
   if ! "$venv/bin/python" -m pip --version >/dev/null 2>&1; then
     logged venv "$python" -m venv --clear "$venv"
   fi
   logged pip "$venv/bin/python" -m pip install --disable-pip-version-check --prefer-binary \
-    -r "$root/postproc/requirements.txt" -e "$root/postproc"
+    "${more[@]}" -e "$root/postproc"
   cp "$wanted" "$stamp"
 }
 
@@ -151,7 +170,7 @@ build_program() {
 
 prepare() {
   install_packages
-  make_venv
+  make_venv "$@"
   build_program
 }
 
@@ -217,7 +236,7 @@ draw() {
 run_tests() {
   local tier=${1:-smoke}
   [[ $tier =~ ^(smoke|all|long|every)$ ]] || fail "there are the tests smoke, all, long, every; not $tier"
-  prepare
+  prepare tests
   mpi_environment
   export PATH="$venv/bin:$PATH"
   stage "Tests of the program" # those of stress come with the whole runs, on all cores
@@ -251,7 +270,7 @@ case $command in
     ;;
   python)
     install_packages
-    make_venv
+    make_venv tests
     ;;
   help | -h | --help) usage ;;
   *)

@@ -89,3 +89,18 @@ def test_missing_packages_are_named(place):
     for package in ("gfortran", "libopenmpi-dev", "libhdf5-openmpi-dev", "libfftw3-dev", "libpetsc-real-dev"):
         assert package in done.stderr
     assert not [call for call in notes if call[0] == "cmake"]
+
+
+@pytest.mark.parametrize("words, has_tests", [(["build"], False), (["python"], True)])
+def test_what_is_installed(place, words, has_tests):
+    """A run installs what it and its report need, the tests bring the rest; either is content with more, and asked for less
+    nothing is installed again."""
+    stamp = place / "build/venv/requirements.installed"
+    stamp.unlink()
+    done, notes = local(place, *words)
+    assert done.returncode == 0, done.stderr
+    pip = next(call for call in notes if call[:4] == ["python", "-m", "pip", "install"])
+    assert (str(place / "postproc/requirements.txt") in pip) == has_tests and pip[-2:] == ["-e", str(place / "postproc")]
+    before = stamp.read_text()
+    done, notes = local(place, "build")
+    assert "Setting up Python" not in done.stdout and stamp.read_text() == before
