@@ -8,7 +8,7 @@ import re
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
-NAMES = ("README.md", "docs/accuracy.md", "docs/choosing.md", "docs/heat.md", "docs/method.md", "docs/microstructure.md",
+NAMES = ("README.md", "docs/accuracy.md", "docs/choosing.md", "docs/heat.md", "docs/limits.md", "docs/method.md", "docs/microstructure.md",
          "docs/restart.md", "docs/results.md", "docs/speed.md", "docs/tutorial.md", "docs/validation.md", "docs/verification.md", "docs/welds.md")
 # Documents that are not read, and why.
 NOT_READ = {"docs/input.md": "the program writes it",

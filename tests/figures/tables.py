@@ -318,6 +318,21 @@ def weld_ratios(_):
     return table(["quantity", "welds", "median deviation", "largest deviation", "in weld"], rows)
 
 
+def trust(_):
+    """Deviation by kind of metal: median of the magnitudes, the largest in brackets, and over how many welds; voids have none yet."""
+    def cell(found):
+        off = [100.0 * (computed / told - 1.0) for _, told, computed in found]
+        return f"{statistics.median(map(abs, off)):.0f} % ({max(off, key=abs):+.0f} %), {len(off)}" if off else "no reported value"
+
+    rows = []
+    for title, found in reported_of_welds().values():
+        name = title.rpartition(" [")[0] + (" above 0 K" if title.startswith("temperature") else "")
+        steel = [weld for weld in found if weld[0].startswith("304l")]
+        rows.append([name, cell([weld for weld in found if weld not in steel]), cell(steel)])
+    rows.append(["void or none", *2 * ["not yet compared"]])
+    return table(["median deviation (largest), welds", "aluminium and copper", "stainless steel"], rows)
+
+
 def weld_changes(_):
     """Changes of the results of a weld with other cells, another mass scaling, or one other value of the rule in the same cells."""
     kept = {(row["weld"], row.get("variant"), row.get("set")): row for row in measures.lines(measures.ROOT / WELDS)}
@@ -359,7 +374,7 @@ BAND = "benchmarks/graded_band.json"
 BEGIN = "benchmarks/new_scenes.json"
 ALL = {
     "detection": detection,
-    "welds": welds, "welds, ratios": weld_ratios, "welds, changes": weld_changes, "welds, rule": weld_rule, "choices": choices, "verification": verification, "disc on plate": disc_on_plate, "mass scaling": mass_scaling,
+    "welds": welds, "welds, ratios": weld_ratios, "trust": trust, "welds, changes": weld_changes, "welds, rule": weld_rule, "choices": choices, "verification": verification, "disc on plate": disc_on_plate, "mass scaling": mass_scaling,
     "scaling": scaling, "plates": plates, "speed": speed, "features": features, "kernels": kernels, "cooling": cooling, "annealing": annealing, "calibration": calibration,
     "sleeping, tilted": kept(SLEEPING, "tilted tool at x = 25 mm"),
     "heat plates": heat_plates, "heat slab": heat_slab, "heat steps": heat_steps, "heat tolerance": heat_tolerance,
