@@ -20,6 +20,7 @@ COMMANDS = (
     ("sweep", "sweep", "a study over keys of an input, and its picture"),
     ("calibrate", "calibrate", "keys of an input from measurements"),
     ("material", "material", "pictures of the curves of stirpoint --material"),
+    ("gcode", "gcode", "the program of a machine as &MOTION groups"),
     ("heat", "heat", "thermocouples of heat alone, and temperature below the surface"),
 )
 
