@@ -222,9 +222,10 @@ contains
       call now%move_to(t)
       x = spread(now%position, 2, size(x, 2)) + matmul(now%axes, outline)
       phase%path_length = phase%path_length + norm2(now%position - last)
-      if (i < phase%n_samples .or. phase%to > phase%from) phase%speed = max(phase%speed, &
-                                                                            norm2(now%velocity))
-      if (abs(now%spin) > abs(phase%spin)) phase%spin = now%spin
+      if (i < phase%n_samples) then       ! at its end the next phase begins
+        phase%speed = max(phase%speed, norm2(now%velocity))
+        if (abs(now%spin) > abs(phase%spin)) phase%spin = now%spin
+      end if
       call measure(surroundings, now, x, survey, phase)
       if (survey%touch >= undefined) then
         if (touches(surroundings, now, x)) survey%touch = first_touch(surroundings, now, outline, &
