@@ -11,13 +11,14 @@ files     reading and writing: errors that name the file
 run       the run directory: frames, series, histories, input text
 table     CSV histories as pandas frames, columns by name and unit
 look      colours, fonts, names and units for people
-surface   the free surface of the metal, and pictures of it without a display
+surface   the free surface of the metal
+views     pictures of the metal and the tool in space, without a display
 maps      top views and sections of a field
 curves    thermocouples, tool loads, energies
 tools     where the tools are, and the phases of their way
 metal     what hangs together: flash, debris, groove
 scene     an input: read, changed, checked and run; solids, cavities
-flow      stirpost flow: volumes, stir zone, layers of a pass
+flow      stirpost flow: volumes, stir zone, layers of a pass; flow_pictures: sections of its voids and cavity
 tracks    pathlines of tracers: pictures, and lines for VTK
 summary   the key figures and the phases
 machine   the log of a machine beside a run

@@ -22,9 +22,7 @@ import re
 import tempfile
 from pathlib import Path
 
-import matplotlib
 import numpy as np
-from scipy.optimize import least_squares
 
 from . import look, program
 from .files import text_of, write
@@ -167,6 +165,8 @@ def calibrate(options) -> None:
     curves = read_data(options.data)
     with tempfile.TemporaryDirectory() as directory:
         model = Model(options, curves, Path(directory))
+        from scipy.optimize import least_squares
+
         found = least_squares(model.residuals, model.start, diff_step=1e-4, xtol=1e-6, ftol=1e-8)
         fitted = model.stresses(found.x)
         begun = model.stresses(model.start)
@@ -190,7 +190,7 @@ def calibrate(options) -> None:
     write(options.output / "fit.json", json.dumps(report, indent=1) + "\n")
     lines = [f"{key} = {', '.join(f'{x:.6g}' for x in numbers)}" for key, numbers in report["fitted"].items()]
     write(options.output / "fit.txt", "\n".join(lines) + "\n")
-    with matplotlib.rc_context(look.STYLE):
+    with look.style():
         look.save(picture(curves, begun, fitted), options.output / "fit.png")
     for key, numbers in report["fitted"].items():
         for k, x in enumerate(numbers):

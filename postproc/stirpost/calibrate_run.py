@@ -34,9 +34,7 @@ import argparse
 import json
 from pathlib import Path
 
-import matplotlib
 import numpy as np
-import pandas as pd
 
 from . import limits, look, targets, valley
 from .files import write
@@ -71,6 +69,8 @@ def main(arguments: list[str] | None = None) -> int:
     print(*keys, sep="\n")
     fit = Fitting(keys, wanted, coarse, fine)
     way = None
+    import pandas as pd
+
     try:
         fit.solve(2 * len(keys) if options.design is None else options.design, options.starts, options.seed)
         if options.profile and not fit.spent:
@@ -84,7 +84,7 @@ def main(arguments: list[str] | None = None) -> int:
     result = report(fit) | ({"least_determined": way.result()} if way else {})
     write(output / "calibration.json", json.dumps(result, indent=1) + "\n")
     files = ["calibration.json", "trials.csv"]
-    with matplotlib.rc_context(look.STYLE):
+    with look.style():
         if any(isinstance(w, Curve) for w in wanted):
             look.save(picture(fit), output / "calibration.png")
             files.append("calibration.png")

@@ -21,17 +21,19 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import matplotlib
 import numpy as np
-import pandas as pd
 
-from . import curves, look, machine, maps, summary
+from . import curves, look, machine, summary
 from .calibrate_run import pairs as named
 from .cooling import Record
 from .files import write
 from .run import Run
 from .tools import main_tool
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -60,7 +62,7 @@ def main(arguments: list[str] | None = None) -> int:
     table = difference(*(summary.measures(run) for run in runs), names)
     write(output / "compare.csv", table.to_csv())
     print(table.to_string(float_format=lambda value: f"{value:.4g}", na_rep="-"))
-    with matplotlib.rc_context(look.STYLE):
+    with look.style():
         for name, draw in (("loads", loads), ("thermocouples", thermocouples), ("sections", sections)):
             picture = runs[0].attempt(f"the picture {name}", look.drawn, draw, runs, names)
             if picture is not None:
@@ -80,7 +82,7 @@ def with_machine(options) -> int:
     output = options.output or Path(f"compare_{run.name}_{options.machine.stem}")
     output.mkdir(parents=True, exist_ok=True)
     write(output / "machine.csv", machine.table(found).to_csv(index=False))
-    with matplotlib.rc_context(look.STYLE):
+    with look.style():
         look.save(machine.picture(run, found), output / "machine.png")
     print("\n".join(machine.lines(found)), f"{output}: machine.csv, machine.png", sep="\n")
     return 0
@@ -88,6 +90,8 @@ def with_machine(options) -> int:
 
 def difference(one: dict, other: dict, names: list[str]) -> pd.DataFrame:
     """Quantities of both, and B less A, also in parts of A."""
+    import pandas as pd
+
     table = pd.DataFrame({names[0]: one, names[1]: other}, dtype=float)
     table["difference"] = table[names[1]] - table[names[0]]
     table["difference [%]"] = 100.0 * table["difference"] / table[names[0]].abs().where(table[names[0]] != 0.0)
@@ -139,6 +143,8 @@ def sections(runs: list[Run], names: list[str]):
     """Temperature in the cross-section through the tool at the end of both, on one scale."""
     if not all(run.frames and "temperature" in run.frames[-1].fields for run in runs):
         return None
+    from . import maps
+
     norm = maps.temperature_norm([run.frames[-1] for run in runs])
     views = [maps.build_scene(run, run.frames[-1:]).cross[0] for run in runs]
     figure = look.new_figure(9.6, 5.2)
@@ -146,7 +152,8 @@ def sections(runs: list[Run], names: list[str]):
     for axis, view, name in zip(axes, views, names):
         maps.draw(axis, view, "temperature", look.TEMPERATURE, norm)
         axis.set_title(f"{name}: {view.title}", loc="left")
+        axis.set_aspect("equal")
         axis.set_ylabel("z [mm]")
     axes[-1].set_xlabel("y [mm]")
-    figure.colorbar(maps.ScalarMappable(norm, look.TEMPERATURE), ax=axes, label="temperature [K]", fraction=0.04, pad=0.012)
+    figure.colorbar(maps.ScalarMappable(norm, look.TEMPERATURE), ax=axes, label=f"temperature [{look.unit_of_temperature()}]", fraction=0.04, pad=0.012)
     return figure

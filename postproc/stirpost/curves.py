@@ -4,14 +4,17 @@
 from __future__ import annotations
 
 import re
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from . import look
 from .cooling import Record
 from .table import Column, Table
 from .tools import Tool, main_tool, supports, tools_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 MANY_ROWS = 400
 
@@ -21,21 +24,15 @@ def thermocouples(probes: Table, measured: Record | None = None) -> Figure | Non
     columns = probes.with_unit("K")
     if not columns:
         return None
-    figure = look.new_figure(9.6, 4.3)
-    axis = figure.add_subplot()
+    figure, (axis,) = look.strips(1, 3.5)
     for column, colour in zip(columns, look.line_colours(len(columns))):
-        axis.plot(
-            probes["time"],
-            column.values,
-            color=colour,
-            label=column.name + place(probes, column.name),
-        )
+        axis.plot(probes["time"], look.shown("temperature", column.values), color=colour, label=column.name + place(probes, column.name))
         if measured is not None and column.name in measured.names:
             readings = measured.values[:, measured.names.index(column.name)]
-            axis.plot(measured.time, readings, ".", markersize=4, color=colour)
-    finish(axis, "temperature [K]")
+            axis.plot(measured.time, look.shown("temperature", readings), ".", markersize=4, color=colour)
+    finish(axis, f"temperature [{look.unit_of_temperature()}]")
     axis.set_xlabel("time [s]")
-    celsius(axis)
+    other_degrees(axis)
     beside(axis, len(columns), offset=1.09)
     return figure
 
@@ -154,8 +151,7 @@ def stacked(history: Table, panels: list[tuple[str, list[Column]]]) -> Figure | 
     """Panels over one time axis."""
     if not panels:
         return None
-    figure = look.new_figure(9.6, 0.5 + 2.45 * len(panels) + (0.8 if len(panels) == 1 else 0.0))
-    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    figure, axes = look.strips(len(panels), 2.6 if len(panels) == 1 else 1.85)
     for axis, (title, columns) in zip(axes, panels):
         draw(axis, history["time"], title, columns)
     axes[-1].set_xlabel("time [s]")
@@ -163,20 +159,24 @@ def stacked(history: Table, panels: list[tuple[str, list[Column]]]) -> Figure | 
 
 
 def draw(axis, time: np.ndarray, title: str, columns: list[Column]) -> None:
-    largest = max(np.nanmax(np.abs(column.values)) for column in columns)
+    if columns[0].unit == "K":  # where nothing has a temperature yet it is 0
+        columns = [Column(c.name, look.unit_of_temperature(), look.shown("temperature", np.where(c.values > 0.0, c.values, np.nan)))
+                   for c in columns]
+    largest = max(np.nanmax(np.abs(column.values), initial=0.0) for column in columns)
     factor, unit = look.scaled(largest, columns[0].unit)
-    for column, colour in zip(columns, look.line_colours(len(columns))):
+    for column, kind in zip(columns, look.line_kinds(len(columns))):
         values = column.values * factor
         if len(values) > MANY_ROWS and is_rough(values):  # the rattle pale, its running mean on top
-            axis.plot(time, values, color=colour, linewidth=0.6, alpha=0.3)
+            axis.plot(time, values, color=kind["color"], linewidth=0.6, alpha=0.3)
             values = running_mean(values, len(values) // 120)
-        axis.plot(time, values, color=colour, label=look.words(column.name))
+        axis.plot(time, values, label=look.words(column.name), **kind)
     alone = len(columns) == 1
     finish(axis, f"{look.words(columns[0].name) if alone or not title else title} [{unit}]")
-    if columns[0].unit == "K":
-        celsius(axis)
+    warm = title == "temperature"
+    if warm:
+        other_degrees(axis)
     if not alone:
-        beside(axis, len(columns), offset=1.09 if columns[0].unit == "K" else 1.01)
+        beside(axis, len(columns), offset=1.12 if warm else 1.01)
 
 
 def is_rough(values: np.ndarray) -> bool:
@@ -202,12 +202,12 @@ def finish(axis, label: str) -> None:
     axis.margins(x=0.01)
 
 
-def celsius(axis) -> None:
-    """A second scale on the right."""
-    second = axis.secondary_yaxis(
-        "right", functions=(lambda k: k - look.CELSIUS, lambda c: c + look.CELSIUS)
-    )
-    second.set_ylabel("[\N{DEGREE SIGN}C]")
+def other_degrees(axis) -> None:
+    """The other of K and C as a second scale at the right."""
+    (unit, zero), = (scale for name, scale in look.SCALES.items() if name != look.degrees)
+    shift = look.SCALES[look.degrees][1] - zero
+    second = axis.secondary_yaxis("right", functions=(lambda t: t + shift, lambda t: t - shift))
+    second.set_ylabel(f"[{unit}]")
 
 
 def beside(axis, entries: int, offset: float) -> None:

@@ -27,11 +27,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-import matplotlib
 import numpy as np
-from scipy.spatial import cKDTree
 
-from . import look, metal, void_pictures, voids
+from . import look, metal, voids
 from .files import write
 from .run import Frame, NoRun, Run
 from .scene import Cavity, Scene, cavity_of
@@ -62,11 +60,13 @@ def main(arguments=None) -> int:
     output.mkdir(parents=True, exist_ok=True)
     text = json.dumps(result, indent=1)
     write(output / "flow.json", text + "\n")
-    with matplotlib.rc_context(look.STYLE):
+    from . import flow_pictures
+
+    with look.style():
         if flow.cavity is not None:
-            look.save(cavity_picture(flow), output / "flow_cavity.png")
+            look.save(flow_pictures.cavity_picture(flow), output / "flow_cavity.png")
         if "voids" in result:
-            look.save(void_pictures.sheet(flow.voids), output / "flow_voids.png")
+            look.save(flow_pictures.sheet(flow.voids), output / "flow_voids.png")
     print(text if options.json else "\n".join(lines(result)))
     return 0
 
@@ -330,6 +330,8 @@ class Flow:
 
     def mixing(self) -> list[dict]:
         """For two bodies each: volume of the metal of one that lies where the other was at first [m3], and how deep in it [m]."""
+        from scipy.spatial import cKDTree
+
         names = self.frame.body_names
         away, nearest = cKDTree(self.x0).query(self.x)
         was = np.where(away < self.edge0[nearest], self.body[nearest], -1)
@@ -370,6 +372,8 @@ class Flow:
         above = self.x[:, 2] > low[2] + self.spacing
         if not above.any() or not len(places):
             return 0.0
+        from scipy.spatial import cKDTree
+
         away, nearest = cKDTree(self.x[above, :2]).query(places, p=np.inf)
         return float((away <= 0.5 * self.edge0[above][nearest]).mean())
 
@@ -479,38 +483,6 @@ def spread(grid: np.ndarray, x: np.ndarray, edge: np.ndarray, amount: np.ndarray
             np.add.at(grid, (parts[0][0][:, i], parts[1][0][:, j]), amount * parts[0][1][:, i] * parts[1][1][:, j])
 
 
-def cavity_picture(flow: Flow):
-    """Three sections through the cavity, across the travel: particles by plastic strain, the cavity's outline."""
-    axis = 0 if flow.way is None else int(np.abs(flow.way.along).argmax())
-    across = 1 - axis
-    low, high = flow.cavity.low, flow.cavity.high
-    figure = look.new_figure(7.2, 7.6)
-    panels = figure.subplots(3, 1, sharex=True)
-    strain = flow.field("plastic_strain")
-    strain = np.zeros(len(flow.x)) if strain is None else strain
-    norm = matplotlib.colors.Normalize(0.0, max(1.0, float(np.quantile(strain, 0.995))))
-    for panel, part in zip(panels, (0.25, 0.5, 0.75)):
-        at = low[axis] + part * (high[axis] - low[axis])
-        slab = np.abs(flow.x[:, axis] - at) <= 0.5 * flow.spacing * (1 + 1e-6)
-        half = 0.5 * flow.edge0[slab] * look.MM
-        u, z = flow.x[slab, across] * look.MM, flow.x[slab, 2] * look.MM
-        squares = look.squares(panel, u, z, half, strain[slab], look.STRAIN, norm)
-        gu, gz = (np.linspace(low[k] - 1e-4, high[k] + 1e-4, 200) for k in (across, 2))
-        x = np.zeros((200 * 200, 3))
-        mesh = np.meshgrid(gu, gz, indexing="ij")
-        x[:, axis], x[:, across], x[:, 2] = at, mesh[0].ravel(), mesh[1].ravel()
-        panel.contour(gu * look.MM, gz * look.MM, flow.cavity.holds(x).reshape(200, 200).T.astype(float), [0.5], colors="white")
-        panel.set_aspect("equal")
-        panel.set_xlim(flow.low[across] * look.MM - 1, flow.high[across] * look.MM + 1)
-        panel.set_ylim(flow.low[2] * look.MM, max(flow.face * look.MM + 2, float(z.max(initial=0.0)) + 1))
-        panel.set_facecolor(look.PAPER)
-        panel.set_ylabel("z [mm]")
-        panel.set_title(f"{'xy'[axis]} = {at * look.MM:.3g} mm")
-    panels[-1].set_xlabel(f"{'xy'[across]} [mm]; outline: the cavity")
-    figure.colorbar(squares, ax=panels, label="equivalent plastic strain [1]", extend="max")
-    return figure
-
-
 def percent(value: float | None) -> str:
     return "-" if value is None else f"{100 * value:.3g} %"
 
@@ -531,7 +503,7 @@ def rows(result: dict) -> list[tuple[str, str]]:
     found.append(("thermal and elastic expansion", look.mm(volume["expansion[m3]"], 3)))
     if volume.get("closure") is not None:
         found.append(("sinkage of the top face beside the groove: volume", look.mm(volume["sunk_beside[m3]"], 3)))
-        found.append(("balance of volumes: displaced metal less expansion, over the groove, less 1", percent(volume["closure"])))
+        found.append(("error of the balance of volumes: metal that left the groove, without expansion, against the volume of the groove", percent(volume["closure"])))
     if "cavity" in result:
         found.append(("cavity: filled; metal in it", f"{percent(result['cavity']['filled'])}; {look.mm(volume['cavity[m3]'], 3)}"))
     for pair in (pair for pair in result.get("mixing", []) if pair["volume[m3]"] > 0.0):

@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-import matplotlib
 
 from .calibrate_heat import probes_of
 from . import heat_pictures, look
@@ -34,7 +33,7 @@ def main(arguments: list[str] | None = None) -> int:
     record = probes_of(options.run)
     other = probes_of(options.other) if options.other else None
     options.output.mkdir(parents=True, exist_ok=True)
-    with matplotlib.rc_context(look.STYLE):
+    with look.style():
         made = [
             heat_pictures.thermocouples(record, options.speed, options.radius, options.length,
                                         options.output / "thermocouples.png"),

@@ -5,15 +5,18 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from . import curves, look
 from .cooling import Record
 from .run import Run
 from .tools import tools_of
 from .trials import means
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 ALIASES = {"fx": "force_x", "fy": "force_y", "fz": "force_z", "axial_force": "force_z", "force": "force_z", "mz": "torque",
            "spindle_torque": "torque", "spindle_power": "power"}
@@ -98,6 +101,8 @@ def table(found: list[Pair]) -> pd.DataFrame:
         for name, values in pair.rows().items():
             row |= {f"{name}, {kind}": value for kind, value in zip(("computed", "measured", "difference"), values)}
         rows.append(row | {"rms": pair.rms()})
+    import pandas as pd
+
     return pd.DataFrame(rows)
 
 

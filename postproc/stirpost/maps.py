@@ -12,7 +12,6 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import Colormap, ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from matplotlib.path import Path as Outline
 from scipy.spatial import cKDTree
 
 from . import look, surface
@@ -21,7 +20,9 @@ from .tools import main_tool
 
 FIELDS = ("temperature", "plastic_strain", "grain_size")
 NEIGHBOURS = 16  # particles around a pixel that its value is a mean of
-PIXELS = 700  # along a section
+PIXELS = 600  # along the longer side of the plate
+REACH = 3.0  # of particles to the plane that they colour, in spacings: those farther off weigh nothing
+STRAINS = 0.1, 50.0  # of the logarithmic scale
 
 
 @dataclass
@@ -34,6 +35,7 @@ class View:
     title: str
     mesh: pv.PolyData
     axis: int = 2  # normal to the picture
+    at: float = 0.0  # where the plane is along it [m]
     shape: tuple[int, int] = (0, 0)
     inside: np.ndarray | None = None  # pixels in metal (rows, columns)
     near: np.ndarray | None = None  # particles around these pixels (m, NEIGHBOURS)
@@ -53,8 +55,12 @@ class View:
 
     def values(self, name: str) -> np.ndarray:
         """A field on the pixels of a section, NaN outside of the metal."""
+        return self.spread(look.shown(name, self.frame.field(name)))
+
+    def spread(self, values: np.ndarray) -> np.ndarray:
+        """Values of the particles on the pixels."""
         picture = np.full(self.shape, np.nan)
-        picture[self.inside] = (self.frame.field(name)[self.near] * self.weight).sum(axis=1)
+        picture[self.inside] = (values[self.near] * self.weight).sum(axis=1)
         return picture
 
 
@@ -71,6 +77,10 @@ class Scene:
 AXES = {"top": ("x [mm]", "y [mm]"), "cross": ("y [mm]", "z [mm]"), "along": ("x [mm]", "z [mm]")}
 
 
+def fields_of(frame: Frame) -> list[str]:
+    return [name for name in FIELDS if name in frame.fields]
+
+
 def choose_frames(frames: list[Frame], most: int = 4) -> list[Frame]:
     """The first, the last and some evenly between."""
     picks = np.unique(np.linspace(0, len(frames) - 1, min(most, len(frames))).round().astype(int))
@@ -84,40 +94,54 @@ def build_scene(run: Run, frames: list[Frame]) -> Scene:
     scene = Scene()
     places, scene.follows = section_places(run, frames, clouds)
     for frame, points, place in zip(frames, clouds, places):
-        mesh = surface.metal(run, frame, [name for name in FIELDS if name in frame.fields])
+        mesh = surface.metal(run, frame, fields_of(frame))
         when = f"t = {look.seconds(frame.time)}"
         tool = run.tools(frame)
         scene.top.append(View(frame, low, high, when, mesh, tool=[] if tool is None else surface.silhouette(tool)))
         for views, axis, name in ((scene.cross, 0, "x"), (scene.along, 1, "y")):
             title = f"{when},  {name} = {place[axis] * look.MM:.1f} mm"
             views.append(section(View(frame, low, high, title, mesh, axis), points, place[axis], run.spacing))
-            views[-1].tool = [] if tool is None else surface.loops(tool.clean(), axis, place[axis])
+            views[-1].tool = tool_cut(tool, axis, place[axis])
     return scene
 
 
-def section(view: View, points: np.ndarray, at: float, spacing: float) -> View:
+def section(view: View, points: np.ndarray, at: float, spacing: float, pixels: int | None = None) -> View:
     """The plane where coordinate `axis` is `at`, z up. The surface says what is metal; values are means of the
-    nearest particles, weighted by a Gaussian of three quarters of a particle."""
+    nearest particles, weighted by a Gaussian of three quarters of a particle. The longer side of the plate has `pixels`."""
+    view.at = at
     i, j = view.across
     size = view.high - view.low
-    pixel = size[i] / PIXELS
-    columns, rows = PIXELS, max(8, int(round(size[j] / pixel)))
+    pixel = size[:2].max() / (pixels or PIXELS)
+    columns, rows = (max(8, int(round(size[k] / pixel))) for k in (i, j))
     view.shape, view.outline = (rows, columns), surface.loops(view.mesh, view.axis, at)
-    middles = np.empty((rows, columns, 3))
-    middles[..., view.axis] = at
-    middles[..., i] = view.low[i] + (np.arange(columns) + 0.5) * pixel
-    middles[..., j] = (view.low[j] + (np.arange(rows) + 0.5) * size[j] / rows)[:, None]
-    flat = middles.reshape(-1, 3)
-    odd = np.zeros(len(flat), dtype=bool)  # inside of an odd number of lines
+    odd = np.zeros((rows, columns + 1), dtype=np.int64)  # lines crossed from the left
     for line in view.outline:
-        odd ^= Outline(line).contains_points(flat[:, [i, j]])
-    count = min(NEIGHBOURS, len(points))
-    away, near = cKDTree(points).query(flat[odd], k=count)
-    away, near = away.reshape(-1, count), near.reshape(-1, count)
+        count_crossings(odd, (line - view.low[[i, j]]) / (size[[i, j]] / [columns, rows]))
+    view.inside = np.cumsum(odd, axis=1)[:, :-1] % 2 == 1
+    row, column = np.nonzero(view.inside)
+    there = np.empty((len(row), 3))
+    there[:, view.axis] = at
+    there[:, i] = view.low[i] + (column + 0.5) * size[i] / columns
+    there[:, j] = view.low[j] + (row + 0.5) * size[j] / rows
+    nearby = np.flatnonzero(np.abs(points[:, view.axis] - at) <= REACH * spacing)
+    nearby = nearby if len(nearby) >= NEIGHBOURS else np.arange(len(points))
+    count = min(NEIGHBOURS, len(nearby))
+    away, near = cKDTree(points[nearby]).query(there, k=count)
+    away, view.near = away.reshape(-1, count), nearby[near.reshape(-1, count)]
     weight = np.exp(-((away**2 - away[:, :1] ** 2) / (0.75 * spacing) ** 2))
-    view.inside, view.near = odd.reshape(rows, columns), near
     view.weight = weight / weight.sum(axis=1, keepdims=True)
     return view
+
+
+def count_crossings(odd: np.ndarray, line: np.ndarray) -> None:
+    """Count each crossing of a closed line, in pixels, with the middle of a row at the first pixel whose middle is to its right."""
+    (u, v), (w, x) = line[:-1].T, line[1:].T
+    low, high = np.ceil(np.minimum(v, x) - 0.5).astype(int), np.ceil(np.maximum(v, x) - 0.5).astype(int)
+    low, high = low.clip(0, len(odd)), high.clip(0, len(odd))
+    segment = np.repeat(np.arange(len(u)), high - low)
+    row = np.arange(len(segment)) - np.repeat(np.cumsum(high - low) - (high - low) - low, high - low)
+    at = u[segment] + (row + 0.5 - v[segment]) * (w - u)[segment] / (x - v)[segment]
+    np.add.at(odd, (row, np.ceil(at - 0.5).astype(int).clip(0, odd.shape[1] - 1)), 1)
 
 
 def common_box(clouds: list[np.ndarray], margin: float) -> tuple[np.ndarray, np.ndarray]:
@@ -164,35 +188,34 @@ def hottest_place(x: np.ndarray, temperature: np.ndarray) -> float | None:
     return float(np.median(x[np.argsort(temperature)[-count:]]))
 
 
-def field_map(
-    views: list[View],
-    kind: str,
-    name: str,
-    label: str,
-    colours: Colormap,
-    norm: Normalize,
-    extend: str = "neither",
-) -> Figure:
-    """All views of a kind in one figure with one colour bar."""
-    left, right, bottom, top = views[0].extent
-    aspect = (right - left) / (top - bottom)
-    columns = 1 if len(views) == 1 or aspect > 4 else 2
-    rows = -(-len(views) // columns)
-    panel = 9.3 / columns
-    figure = look.new_figure(10.8, rows * (panel / aspect + 0.28) + 0.38)
-    axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
-    for axis, view in zip(axes.flat, views):
+def tool_cut(tool: pv.PolyData | None, axis: int, at: float) -> list[np.ndarray]:
+    return [] if tool is None else surface.loops(tool.clean(), axis, at)
+
+
+def field_map(views: list[View], kind: str, name: str, label: str, colours: Colormap, norm: Normalize, extend: str = "neither") -> Figure:
+    """All views of a kind in one figure with one colour bar, at one scale for all kinds: sections along the plate fit the page, and two
+    across it."""
+    figure, axes, strip = panels(views, kind)
+    for axis, view in zip(axes, views):
         draw(axis, view, name, colours, norm)
         axis.set_title(view.title, loc="left", pad=3)
-    for axis in list(axes.flat)[len(views) :]:
-        axis.set_visible(False)
-    for axis in axes[-1, :]:
-        axis.set_xlabel(AXES[kind][0])
-    for axis in axes[:, 0]:
-        axis.set_ylabel(AXES[kind][1])
-    figure.colorbar(ScalarMappable(norm, colours), ax=axes, label=label, extend=extend, fraction=0.04, pad=0.012, aspect=26,
-                    shrink=0.95)
+    look.colour_bar(figure, norm, colours, strip, label, extend)
     return figure
+
+
+def panels(views: list[View], kind: str, bar: bool = True):
+    """Figure, axes and the axis of the colour bar."""
+    left, right, bottom, top = views[0].extent
+    length, breadth, _ = (views[0].high - views[0].low) * look.MM
+    room = look.WIDTH - look.LEFT - look.BAR
+    scale = min(room / length, 0.5 * (room - look.GAP) / breadth) * (1.0 - 1e-9)
+    if kind == "top" and len(views) > 1 and length < 4.0 * breadth:
+        scale = 0.5 * (room - look.GAP) / length * (1.0 - 1e-9)
+    figure, axes, strip = look.panels(len(views), (right - left, top - bottom), scale, bar)
+    for axis in axes:
+        axis.set_xlabel(AXES[kind][0] if axis.xaxis.get_tick_params()["labelbottom"] else "")
+        axis.set_ylabel(AXES[kind][1] if axis.yaxis.get_tick_params()["labelleft"] else "")
+    return figure, axes, strip
 
 
 def body_map(view: View, kind: str) -> Figure:
@@ -200,45 +223,58 @@ def body_map(view: View, kind: str) -> Figure:
     names = view.frame.body_names
     picture = np.full(view.shape, np.nan)
     picture[view.inside] = view.frame.bodies()[view.near[:, 0]]
-    left, right, bottom, top = view.extent
-    figure = look.new_figure(10.8, 9.3 * (top - bottom) / (right - left) + 0.9)
-    axis = figure.add_subplot()
+    figure, (axis,), _ = panels([view], kind, bar=False)
     colours = look.line_colours(len(names))
     axis.imshow(picture, origin="lower", extent=view.extent, cmap=ListedColormap(colours), vmin=-0.5, vmax=len(names) - 0.5,
-                interpolation="nearest", aspect="equal")
+                interpolation="nearest", aspect="auto")
     axis.add_collection(LineCollection([line * look.MM for line in view.tool], colors="#14233a", linewidths=1.3))
+    axis.set_xlim(view.extent[:2])
+    axis.set_ylim(view.extent[2:])
     axis.set_facecolor(look.PAPER)
-    axis.set_xlabel(AXES[kind][0])
-    axis.set_ylabel(AXES[kind][1])
     axis.set_title(view.title, loc="left", pad=3)
     axis.legend(handles=[Patch(color=c, label=n.strip()) for c, n in zip(colours, names)], loc="upper right", ncols=4,
-                bbox_to_anchor=(1.0, 1.14), borderaxespad=0.0)
+                frameon=True, framealpha=0.8, edgecolor="none")
     return figure
 
 
 def draw(axis, view: View, name: str, colours: Colormap, norm: Normalize) -> None:
     if view.inside is None:
-        axis.imshow(surface.from_above(view.mesh, name, norm, colours, view.low, view.high), extent=view.extent)
+        figure = axis.figure
+        corners = axis.get_position().transformed(figure.transFigure).get_points()
+        left, bottom, right, top = np.round(corners).astype(int).ravel()
+        picture = surface.from_above(view.mesh, name, norm, colours, view.low, view.high, right - left)
+        figure.figimage(picture[::-1], left, bottom, origin="lower", zorder=-1)  # a pixel for a pixel
+        axis.patch.set_visible(False)
     else:
-        axis.imshow(view.values(name), origin="lower", extent=view.extent, cmap=colours, norm=norm,
-                    interpolation="antialiased", aspect="equal")
-        axis.add_collection(LineCollection([line * look.MM for line in view.outline], colors=look.INK, linewidths=0.5))
+        draw_section(axis, view, view.values(name), colours, norm)
     axis.add_collection(LineCollection([line * look.MM for line in view.tool], colors="#14233a", linewidths=1.3))
+    axis.set_xlim(view.extent[:2])
+    axis.set_ylim(view.extent[2:])
+
+
+def draw_section(axis, view: View, values: np.ndarray, colours: Colormap, norm: Normalize) -> None:
+    """Values on the pixels of a section, and the outline of the metal."""
+    axis.imshow(values, origin="lower", extent=view.extent, cmap=colours, norm=norm, interpolation="nearest", aspect="auto")
+    axis.add_collection(LineCollection([line * look.MM for line in view.outline], colors=look.INK, linewidths=0.5))
     axis.set_xlim(view.extent[:2])
     axis.set_ylim(view.extent[2:])
     axis.set_facecolor(look.PAPER)
 
 
 def temperature_norm(frames: list[Frame]) -> Normalize:
-    low, high = bounds(frames, "temperature", 99.995)
+    low, high = (look.shown("temperature", value) for value in bounds(frames, "temperature", 99.995))
     return Normalize(low, max(high, low + 1.0))
 
 
 def strain_norm(frames: list[Frame]) -> Normalize:
-    """A few particles run away: the scale ends at 99.5 % of what yielded."""
-    values = np.concatenate([frame.field("plastic_strain") for frame in frames])
-    yielded = values[np.isfinite(values) & (values > 1e-3)]
-    return Normalize(0.0, float(np.percentile(yielded, 99.5)) if yielded.size else 1.0)
+    """Logarithmic up to 50, or to the largest strain where that is less: the edge of the stir zone is seen, and a layer of a particle
+    at the face of the tool, whose strain may be thousands, does not hide it."""
+    return strain_norm_of(np.array([np.nanmax(frame.field("plastic_strain"), initial=0.0) for frame in frames]))
+
+
+def strain_norm_of(strain: np.ndarray) -> Normalize:
+    largest = float(np.nanmax(strain, initial=0.0))
+    return LogNorm(STRAINS[0], float(np.clip(largest, 10 * STRAINS[0], STRAINS[1])), clip=True)
 
 
 def size_norm(frames: list[Frame]) -> Normalize:

@@ -11,7 +11,6 @@ import argparse
 import sys
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 from . import look
 from .table import read_table
@@ -39,7 +38,7 @@ def main(arguments=None) -> int:
         print(f"warning: {text}", file=sys.stderr)
     output = options.output or options.directory
     output.mkdir(parents=True, exist_ok=True)
-    with matplotlib.rc_context(look.STYLE):
+    with look.style():
         for group, curves in groups.items():
             look.save(draw(group, curves, options.over), output / f"{group}.png")
     print(f"{len(groups)} pictures in {output}")

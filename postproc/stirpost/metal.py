@@ -6,11 +6,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import maximum_filter
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
-from scipy.stats import binned_statistic_2d
 
 from .run import Frame, Run
 
@@ -92,6 +87,10 @@ def hangs_together(points: np.ndarray, body: np.ndarray, reach: float) -> tuple[
 
 def pieces_of(points: np.ndarray, reach: float) -> np.ndarray:
     """Number of the piece of each particle. Particles of one cell of edge reach/sqrt(3) are together in any case."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
     cell = np.floor((points - points.min(axis=0)) / (reach / np.sqrt(3.0)) * (1.0 - 1e-12)).astype(np.int64)
     size = cell.max(axis=0) + 1
     _, first, node = np.unique(
@@ -108,17 +107,27 @@ def pieces_of(points: np.ndarray, reach: float) -> np.ndarray:
 def groove_depth(first: np.ndarray, last: np.ndarray, face: float, spacing: float) -> float | None:
     """How far the surface has sunk where it was at the top face [m]. A chink between particles is no groove: a place
     counts if all within a spacing of it is as low."""
+    from scipy.ndimage import maximum_filter
+
     low, high = first.min(axis=0) + 2 * spacing, first.max(axis=0) - 2 * spacing
     if not (high > low + 0.5 * spacing)[:2].all():
         return None
     edges = [low[k] + spacing * np.arange(np.ceil((high[k] - low[k]) / spacing - 1e-6) + 1) for k in (0, 1)]
     heights = []
     for points in (first, last):
-        highest = binned_statistic_2d(points[:, 0], points[:, 1], points[:, 2], "max", edges).statistic
-        highest = maximum_filter(np.where(np.isfinite(highest), highest, -np.inf), size=3, mode="nearest")
+        highest = maximum_filter(highest_of(points, edges), size=3, mode="nearest")
         heights.append(highest)
     at_top = np.isfinite(heights[0]) & (heights[0] > face - 0.5 * spacing) & np.isfinite(heights[1])
     return max(0.0, float(face - heights[1][at_top].min())) if at_top.any() else None
+
+
+def highest_of(points: np.ndarray, edges: list[np.ndarray]) -> np.ndarray:
+    """Greatest z in each column between the edges in x and y, -inf where there is nothing."""
+    cell = [np.searchsorted(edge, points[:, k], side="right") - 1 - (points[:, k] == edge[-1]) for k, edge in enumerate(edges)]
+    inside = np.all([(c >= 0) & (c < len(edge) - 1) for c, edge in zip(cell, edges)], axis=0)
+    found = np.full([len(edge) - 1 for edge in edges], -np.inf)
+    np.maximum.at(found, (cell[0][inside], cell[1][inside]), points[inside, 2])
+    return found
 
 
 def stretches(x0: np.ndarray, x: np.ndarray, edge: np.ndarray, body: np.ndarray) -> np.ndarray:

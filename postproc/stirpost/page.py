@@ -9,9 +9,6 @@ from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
 
-from PIL import Image
-
-from . import solid
 from .alarms import Check, verdict
 from .files import write
 
@@ -85,6 +82,8 @@ class Page:
     input_text: str = ""
 
     def write(self, path: Path) -> None:
+        from . import solid
+
         chapters = list(dict.fromkeys(picture.chapter for picture in self.pictures))
         parts = []
         if self.process:
@@ -177,9 +176,11 @@ def table(title: str, headings: list[str], rows: list[list[str]]) -> str:
 
 def embedded(picture: Picture) -> str:
     """As WebP, a quarter of the size of the PNG beside the page."""
+    from PIL import Image
+
     file = io.BytesIO()
     with Image.open(picture.path) as image:
-        image.convert("RGB").save(file, "WEBP", quality=88, method=4)
+        image.convert("RGB").save(file, "WEBP", quality=88, method=1)
     data = base64.b64encode(file.getvalue()).decode("ascii")
     return (
         f'<figure><div class="scroll"><img src="data:image/webp;base64,{data}" alt="{escape(picture.caption)}"></div>'

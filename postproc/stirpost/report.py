@@ -6,20 +6,18 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 
-from . import alarms, cooling, curves, flow, look, maps, page, solid, summary, surface, void_pictures, voids
+from . import alarms, cooling, curves, flow, look, page, summary, voids
 from .files import write
 from .run import Run
 
-# Field, colours, its scale, whether that ends early, label, caption, chapter.
+# Field, its scale in maps, whether that ends early, label, caption, chapter.
 KINDS = (
-    ("temperature", look.TEMPERATURE, maps.temperature_norm, "neither", "temperature [K]", "Temperature {}.", "Temperature"),
-    ("plastic_strain", look.STRAIN, maps.strain_norm, "max", "equivalent plastic strain [1]",
-     "Equivalent plastic strain {}; the scale ends at 99.5 % of what has yielded.", "Plastic strain"),
-    ("grain_size", look.STRAIN, maps.size_norm, "neither", "grain size [m]", "Grain size {}, on a logarithmic scale.",
-     "Grain size"),
+    ("temperature", "temperature_norm", "neither", "temperature [{}]", "Temperature {}.", "Temperature"),
+    ("plastic_strain", "strain_norm", "both", "equivalent plastic strain [1]",
+     "Equivalent plastic strain {}, on a logarithmic scale that ends at 50.", "Plastic strain"),
+    ("grain_size", "size_norm", "neither", "grain size [m]", "Grain size {}, on a logarithmic scale.", "Grain size"),
 )
 
 
@@ -29,9 +27,10 @@ def main(arguments: list[str] | None = None) -> int:
     measured = cooling.Record.read(options.measured) if options.measured else None
     output = options.output or options.run_directory / "report"
     output.mkdir(parents=True, exist_ok=True)
+    look.use_degrees(options.degrees)
     run.drop_damaged([kind[0] for kind in KINDS])
     stirred = run.attempt("flow", flow_of, run)
-    with matplotlib.rc_context(look.STYLE):
+    with look.style():
         pictures = draw_all(run, output, measured, stirred)
     made = compose(run, pictures, stirred, measured)
     for text in alarms.alarms(run):
@@ -49,6 +48,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("-o", "--output", metavar="DIR", type=Path, help="where to write (default: RUN_DIRECTORY/report)")
     parser.add_argument("--measured", metavar="FILE", type=Path,
                         help="thermocouples to draw over those of the run: time[s], then T1[K] or T1[C], named like the probes")
+    parser.add_argument("--degrees", choices=list(look.SCALES), default="K", help="temperatures of the pictures in K or C (default K)")
     return parser.parse_args(arguments)
 
 
@@ -83,22 +83,30 @@ def compose(run: Run, pictures: list[page.Picture], stirred: flow.Flow | None, m
 
 def turning(run: Run) -> str:
     """Data of the view that turns; '' if there is nothing to show."""
+    from . import maps, solid
+
     frames = maps.choose_frames(run.frames, solid.MOST_FRAMES) if run.frames else []
-    fields = [(name, label, scale(frames), colours) for name, colours, scale, _, label, _, _ in KINDS
-              if frames and all(name in frame.fields for frame in frames)]
+    fields = [(name, label.format(look.unit_of_temperature()), getattr(maps, scale)(frames), colours_of(name))
+              for name, scale, _, label, _, _ in KINDS if frames and all(name in frame.fields for frame in frames)]
     return solid.pack(run, frames, fields) if fields else ""
+
+
+def colours_of(name: str):
+    return look.TEMPERATURE if name == "temperature" else look.STRAIN
 
 
 def flow_of(run: Run) -> flow.Flow | None:
     """What the tool did to the metal; None without a tool that travels, or without frames to compare."""
     if len(run.frames) < 2 or "id" not in run.frames[-1].fields:
         return None
-    found = flow.Flow(run, run.frames[-1])
+    found = run.flow()
     return found if found.way is not None else None
 
 
 def draw_all(run: Run, output: Path, measured: cooling.Record | None, stirred: flow.Flow | None) -> list[page.Picture]:
     """Every picture the run has data for, in the order of the page."""
+    from . import flow_pictures
+
     pictures: list[page.Picture] = []
 
     def add(name: str, chapter: str, caption: str, draw, *arguments) -> None:
@@ -109,7 +117,7 @@ def draw_all(run: Run, output: Path, measured: cooling.Record | None, stirred: f
     track = run.attempt("voids", voids.of_run, run)
     if track is not None:
         add("flow_voids", "Voids", "Sections at equal distances along the track, by plastic strain (left, logarithmic, ends at 50) and by the side "
-            "the metal came from (right); red: voids; dashed: the lid, the lowest place of the face of the tool.", void_pictures.sheet, track)
+            "the metal came from (right); red: voids; dashed: the lowest place of the face of the tool, below which voids are looked for.", flow_pictures.sheet, track)
     if run.frames:
         run.attempt("pictures of the frames", draw_frames, run, add)
     if run.probes is not None:
@@ -124,12 +132,14 @@ def draw_all(run: Run, output: Path, measured: cooling.Record | None, stirred: f
         ):
             add(name, "Over time", caption, draw, run.history)
     if stirred is not None and stirred.cavity is not None:
-        add("flow_cavity", "Flow", "Three sections through the cavity at the end.", flow.cavity_picture, stirred)
+        add("flow_cavity", "Flow", "Three sections through the cavity at the end.", flow_pictures.cavity_picture, stirred)
     return pictures
 
 
 def draw_frames(run: Run, add) -> None:
     """The plate, and top views and sections of temperature, plastic strain and grain size."""
+    from . import maps, surface
+
     frames = maps.choose_frames(run.frames)
     scene = maps.build_scene(run, frames)
     along = scene.follows if scene.follows.startswith("the axis") else "its middle"
@@ -141,15 +151,15 @@ def draw_frames(run: Run, add) -> None:
         views.insert(0, ("top", "top", "seen from above"))
     else:
         print(f"warning: {surface.HINT}")
-    for name, colours, scale, extend, label, caption, chapter in KINDS:
+    for name, scale, extend, label, caption, chapter in KINDS:
         if not all(name in frame.fields for frame in frames):
             continue
-        norm = scale(frames)
+        norm, colours, label = getattr(maps, scale)(frames), colours_of(name), label.format(look.unit_of_temperature())
         if name == "temperature" and surface.can_render():
             for picture, frame in surface_frames(frames):
-                mesh = scene.top[frames.index(frame)].mesh
-                add(picture, chapter, f"The deformed plate at {look.seconds(frame.time)}, coloured by temperature.",
-                    surface.plate_picture, frame, mesh, run.tools(frame), name, label, norm, colours)
+                k = frames.index(frame)
+                add(picture, chapter, f"The deformed plate at {look.seconds(frame.time)}, coloured by temperature, and cut along the track.",
+                    surface.views.plate_picture, frame, scene.top[k].mesh, run.tools(frame), name, label, norm, colours, scene.along[k])
         for kind, view, where in views:
             add(f"{name}_{view}", chapter, caption.format(where),
                 maps.field_map, getattr(scene, kind), kind, name, label, colours, norm, extend)

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import f90nml
 import numpy as np
 
 from . import program
@@ -37,6 +36,8 @@ class Scene:
     """An input. Groups and keys may be written in capitals or small letters; values have the units of docs/input.md."""
 
     def __init__(self, text: str):
+        import f90nml
+
         try:
             self.all = f90nml.reads(text + "\n") if "&" in text else f90nml.Namelist()
         except Exception:  # also a RecursionError: whatever a text that is no input leads f90nml to

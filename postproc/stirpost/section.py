@@ -16,9 +16,7 @@ import argparse
 import json
 from pathlib import Path
 
-import matplotlib
 import numpy as np
-from matplotlib.colors import LogNorm
 
 from . import look
 from .files import write
@@ -109,13 +107,15 @@ def report(section, options, output) -> None:
     write(Path(f"{stem}.csv"), "\n".join(table) + "\n")
     zone = {"time[s]": section.time, "x[m]": options.x, "offset[m]": options.offset} | section.stir_zone()
     write(Path(f"{stem}.json"), json.dumps(zone, indent=1) + "\n")
-    with matplotlib.rc_context(look.STYLE):
+    with look.style():
         look.save(picture(section, lines, options), Path(f"{stem}.png"))
     for key, value in zone.items():
         print(f"{key}: {value}")
 
 
 def picture(section, lines, options):
+    from matplotlib.colors import LogNorm
+
     figure = look.new_figure(7.2, 6.0)
     above, below = figure.subplots(2, 1)
     size = section.fields["grain_size"] * 1e6

@@ -10,6 +10,7 @@ from importlib.resources import files
 import numpy as np
 import pyvista as pv
 from matplotlib.colors import Colormap, Normalize
+from scipy.spatial import cKDTree
 
 from . import look, surface
 from .run import Frame, Run
@@ -34,7 +35,7 @@ def script() -> str:
 def pack(run: Run, frames: list[Frame], fields: list[Field]) -> str:
     """What the viewer draws, as JSON."""
     names = [name for name, _, _, _ in fields]
-    meshes = [thinned(surface.metal(run, frame, names)) for frame in frames]
+    meshes = coarse_surfaces(run, frames, names)
     tools = [run.tools(frame) for frame in frames]
     corners = [np.reshape(mesh.bounds, (3, 2)).T for mesh in (*meshes, *tools) if mesh is not None]
     low, high = np.min([c[0] for c in corners], axis=0), np.max([c[1] for c in corners], axis=0)
@@ -42,7 +43,7 @@ def pack(run: Run, frames: list[Frame], fields: list[Field]) -> str:
              np.max([np.reshape(m.bounds, (3, 2))[:, 1] for m in meshes], axis=0)]
     packed = []
     for frame, mesh, tool in zip(frames, meshes, tools):
-        values = {name: text_of(np.clip(np.nan_to_num(np.asarray(norm(mesh[name]), dtype=float)), 0, 1) * 255, np.uint8)
+        values = {name: text_of(np.clip(np.nan_to_num(np.asarray(norm(look.shown(name, mesh[name])), dtype=float)), 0, 1) * 255, np.uint8)
                   for name, _, norm, _ in fields}
         one = {"time": f"t = {look.seconds(frame.time)}", "metal": geometry(mesh, low, high) | {"values": values}}
         if tool is not None:
@@ -56,12 +57,24 @@ def pack(run: Run, frames: list[Frame], fields: list[Field]) -> str:
                        "frames": packed}, separators=(",", ":"))
 
 
+def coarse_surfaces(run: Run, frames: list[Frame], names: list[str]) -> list[pv.PolyData]:
+    """Surfaces on cubes so large that they have about half the triangles that the view can have: their number goes as the square."""
+    coarser, found = 1.0, []
+    for frame in frames:
+        mesh = surface.metal(run, frame, names, coarser)
+        if not found and mesh.n_cells > 0.6 * MOST_TRIANGLES:
+            coarser = float(np.sqrt(mesh.n_cells / (0.6 * MOST_TRIANGLES)))
+            mesh = surface.metal(run, frame, names, coarser)
+        found.append(thinned(mesh))
+    return found
+
+
 def thinned(mesh: pv.PolyData) -> pv.PolyData:
     """With fewer triangles where there are too many; fields come from the nearest points."""
     if mesh.n_cells <= MOST_TRIANGLES:
         return mesh
     fewer = mesh.decimate_pro(1.0 - MOST_TRIANGLES / mesh.n_cells, preserve_topology=True)
-    near = surface.cKDTree(mesh.points).query(fewer.points)[1]
+    near = cKDTree(mesh.points).query(fewer.points)[1]
     for name in mesh.point_data:
         fewer.point_data[name] = mesh.point_data[name][near]
     return fewer

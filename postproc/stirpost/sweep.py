@@ -20,14 +20,16 @@ import re
 import shlex
 import shutil
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import matplotlib
 import numpy as np
-import pandas as pd
 
 from . import look, program, summary
 from .files import text_of, write
 from .run import NoRun, Run
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -40,6 +42,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--slurm", action="store_true", help="write a job array instead of computing")
     parser.add_argument("-o", "--output", type=Path)
     options = parser.parse_args(arguments)
+    import pandas as pd
+
     text_of(options.input)
     axes = [axis_of(text) for text in options.sets]
     output = options.output or Path(f"{options.input.stem}_sweep")
@@ -59,7 +63,7 @@ def main(arguments: list[str] | None = None) -> int:
     if rows:
         table = pd.DataFrame(rows)
         write(output / "sweep.csv", table.to_csv(index=False))
-        with matplotlib.rc_context(look.STYLE):
+        with look.style():
             look.save(picture(table, [key for key, _ in axes]), output / "sweep.png")
         print(f"{len(table)} runs in {output}: sweep.csv, sweep.png")
     if left:

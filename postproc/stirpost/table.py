@@ -4,13 +4,17 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from .files import text_of, told
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 HEADING = re.compile(r"^\s*(?P<name>[^\[\]]+?)\s*(?:\[(?P<unit>[^\]]*)\])?\s*$")
 BARE_EXPONENT = r"^\s*([+-]?[\d.]+)([+-]\d{3})\s*$"  # Fortran writes 1.0-101 for 1.0E-101
@@ -23,13 +27,22 @@ class Column:
     values: np.ndarray
 
 
+class Units(dict):
+    """Units by the name of the column. pandas copies attributes deeply whenever it hands out a column: these are shared."""
+
+    def __deepcopy__(self, memo) -> Units:
+        return self
+
+
 class Table:
     """A pandas frame of numbers, `frame`, in the order of the file, and the units of its columns, which the frame has as
     `frame.attrs["units"]` too. `table[name]` is a column as an array."""
 
     def __init__(self, columns: list[Column]):
+        import pandas as pd
+
         self.frame = pd.DataFrame({c.name: np.asarray(c.values) for c in columns})
-        self.units = self.frame.attrs["units"] = {c.name: c.unit for c in columns}
+        self.units = self.frame.attrs["units"] = Units({c.name: c.unit for c in columns})
 
     def __len__(self) -> int:
         return len(self.frame)
@@ -50,12 +63,17 @@ class Table:
 
     def with_unit(self, unit: str) -> list[Column]:
         """Columns of one unit that hold at least one number."""
-        return [c for c in self.columns if c.unit == unit and np.isfinite(c.values).any()]
+        return self.filled(name for name, own in self.units.items() if own == unit)
 
     def matching(self, pattern: str) -> list[Column]:
         """Columns whose whole name matches a regular expression and that hold a number."""
         wanted = re.compile(pattern)
-        return [c for c in self.columns if wanted.fullmatch(c.name) and np.isfinite(c.values).any()]
+        return self.filled(name for name in self.units if wanted.fullmatch(name))
+
+    def filled(self, names: Iterable[str]) -> list[Column]:
+        """Those columns that hold a number."""
+        found = (Column(name, self.units[name], self[name]) for name in names)
+        return [c for c in found if np.isfinite(c.values).any()]
 
 
 def read_table(path: Path, faults: list[str], needed=("time",)) -> Table | None:
@@ -75,6 +93,8 @@ def read_frame(path: Path, faults: list[str], needed, words=()) -> tuple[pd.Data
     """Columns of numbers, and of `words`, and their units. ValueError without a row or a column that is `needed`. Rows
     of another number of values are left out, values that are no numbers are NaN: each kind is a line in `faults`. A last row
     that is cut short is left out without a word: it is still being written."""
+    import pandas as pd
+
     lines = [(k, x) for k, x in enumerate(text_of(path).splitlines(), 1) if x.strip() and not x.lstrip().startswith("#")]
     if not lines:
         raise ValueError(f"{path}: empty")
@@ -114,6 +134,8 @@ def parse_heading(text: str) -> tuple[str, str]:
 
 def parse_numbers(column: pd.Series) -> pd.Series:
     """Numbers as C and Fortran write them; all else is no number."""
+    import pandas as pd
+
     plain = pd.to_numeric(column, errors="coerce")
     odd = plain.isna()
     if odd.any():

@@ -15,16 +15,17 @@ from __future__ import annotations
 import argparse
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import matplotlib
 import numpy as np
-import pandas as pd
-from matplotlib.collections import LineCollection
 
 from . import look
 from .run import NoRun, Run
 from .scene import cavity_of
 from .table import read_frame
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 COLUMNS = ("time", "group", "tracer", "id", "x", "y", "z", "temperature", "plastic_strain")
 COLOURS = {"origin": "origin", "time": "time [s]", "temperature": "temperature [K]"}
@@ -46,7 +47,7 @@ def main(arguments=None) -> int:
     output = options.output or options.run / "report"
     output.mkdir(parents=True, exist_ok=True)
     written = []
-    with matplotlib.rc_context(look.STYLE):
+    with look.style():
         for colour in options.colour:
             written.append(look.save(picture(run, tracks, colour), output / f"tracks_{colour}.png"))
     polydata(tracks).save(output / "tracks.vtp")
@@ -116,6 +117,9 @@ def polydata(tracks: Tracks):
 
 def picture(run: Run, tracks: Tracks, colour: str):
     """The three views; lines in the order of their numbers."""
+    import matplotlib
+    from matplotlib.collections import LineCollection
+
     x = tracks.places * look.MM
     low, high, cavity = bounds(run, x)
     wide, deep, tall = np.maximum(np.ptp(np.vstack([x, low, high]), axis=0), 1.0)
@@ -152,6 +156,8 @@ def picture(run: Run, tracks: Tracks, colour: str):
 
 def coloured(tracks: Tracks, colour: str):
     """Value of each row, norm and map."""
+    import matplotlib
+
     if colour == "origin" and len(tracks.groups) > 1:
         number = tracks.frame["group"].map({name: k for k, name in enumerate(tracks.groups)}).to_numpy(dtype=float)
         shown = matplotlib.colors.ListedColormap(look.line_colours(len(tracks.groups)))

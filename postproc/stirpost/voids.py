@@ -16,9 +16,6 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt, find_objects, label
-from scipy.optimize import brentq
-from scipy.spatial import cKDTree
 
 from . import look
 from .run import NoRun, Run
@@ -49,9 +46,10 @@ class Void:
 
 def probe_radius(particles: float) -> float:
     """Radius of the ball, in edges of a particle."""
-    def excess(x):
-        return np.log(VERTICES * max(particles, 1.0) * (1.0 + x + 0.5 * x * x)) - x - np.log(FALSE)
-    return float(np.cbrt(brentq(excess, 1.0, 200.0) * 0.75 / np.pi))
+    x = 50.0
+    for _ in range(60):  # a contraction by (1 + x)/(1 + x + x2/2), which is less than a half beyond x = 3
+        x = np.log(VERTICES / FALSE * max(particles, 1.0) * (1.0 + x + 0.5 * x * x))
+    return float(np.cbrt(x * 0.75 / np.pi))
 
 
 class Voids:
@@ -91,6 +89,9 @@ class Voids:
 
     def found(self, stretch: float) -> np.ndarray:
         """Points of the raster in a probe that holds no centre of a particle, less half an edge of its domain."""
+        from scipy.ndimage import distance_transform_edt
+        from scipy.spatial import cKDTree
+
         squeeze = np.array([1.0 / stretch, 1.0, 1.0])
         slender = stretch ** (-1.0 / 3.0)
         s, n, z = self.axes
@@ -121,6 +122,8 @@ class Voids:
 
     def listed(self) -> list[Void]:
         """The voids, the largest section first."""
+        from scipy.ndimage import find_objects, label
+
         self.labels, _ = label(self.open, np.ones((3, 3, 3)))
         s, n, z = self.axes
         found = []

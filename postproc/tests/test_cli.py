@@ -25,6 +25,16 @@ def test_help_names_all_commands_without_the_large_packages():
     assert "vtkmodules" not in done.stdout and "matplotlib" not in done.stdout
 
 
+@pytest.mark.parametrize("words", [[name] for name, _, _ in cli.COMMANDS] + [["calibrate", name] for name, _, _ in calibrate.COMMANDS])
+def test_help_of_a_command_loads_no_large_package(words):
+    """Beside numpy: what draws and what fits is loaded when something is drawn or fitted."""
+    code = f"import sys\nfrom stirpost import cli\ntry: cli.main({[*words, '--help']!r})\nexcept SystemExit: pass\nprint(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert "usage: stirpost" in done.stdout
+    loaded = set(done.stdout.splitlines()[-1].split())
+    assert not loaded & {"matplotlib", "scipy", "pandas", "pyvista", "vtkmodules", "h5py", "f90nml", "pysplashsurf", "PIL"}
+
+
 @pytest.mark.parametrize("words", [["reprot"], ["calibrate", "cold"], ["report", "/nowhere"], ["track", "/nowhere", "1", "x"]])
 def test_what_a_person_can_put_right_is_one_line(words, capsys):
     assert cli.main(words) == 2

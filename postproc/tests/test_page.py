@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import synthetic
 
-from stirpost import cli, cooling, curves, report, solid, summary, surface
+from stirpost import cli, cooling, curves, maps, report, solid, summary, surface
 from stirpost.run import Run
 
 BROWSER, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
@@ -62,7 +62,7 @@ def test_the_input_stands_there_with_its_defaults(run, tmp_path):
 
 def test_sections_and_top_views_go_through_the_tool(run):
     there = Run(run)
-    scene = report.maps.build_scene(there, there.frames[-1:])
+    scene = maps.build_scene(there, there.frames[-1:])
     (top,), (cross,) = scene.top[0].tool, scene.cross[0].tool
     assert np.hypot(*(top - [0.08, 0.02]).T) == pytest.approx(synthetic.SHOULDER, rel=1e-3)
     assert np.ptp(cross[:, 0]) == pytest.approx(2 * synthetic.SHOULDER, rel=1e-2)

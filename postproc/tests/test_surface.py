@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
+import matplotlib
 import numpy as np
 import pytest
 import synthetic
+from matplotlib.colors import Normalize
 
 from stirpost import maps, surface
 from stirpost.run import Run
@@ -55,7 +57,7 @@ def test_a_section_is_metal_where_the_metal_is():
     view.frame = Frame()
     picture = view.values("x")
     columns = np.nonzero(view.inside)[1]
-    there = -H + (columns + 0.5) * (SIZE[0] + 2 * H) / maps.PIXELS
+    there = -H + (columns + 0.5) * (SIZE[0] + 2 * H) / view.shape[1]
     assert np.isnan(picture[~view.inside]).all() and np.abs(picture[view.inside] - there).max() < 0.75 * H
 
 
@@ -75,9 +77,9 @@ def test_bodies_have_surfaces_of_their_own(tmp_path):
 def test_from_above_x_is_to_the_right_and_y_up():
     points = synthetic.lattice(H, SIZE)
     mesh = surface.reconstruct(points, H, {"x": points[:, 0], "y": points[:, 1]})
-    norm = maps.Normalize(0.0, 0.02)
+    norm = Normalize(0.0, 0.02)
     for name, first, second in (("x", (8, 20), (8, 180)), ("y", (140, 100), (20, 100))):
-        image = surface.from_above(mesh, name, norm, surface.look.matplotlib.colormaps["gray"], np.zeros(3), SIZE, 200)
+        image = surface.from_above(mesh, name, norm, matplotlib.colormaps["gray"], np.zeros(3), SIZE, 200)
         assert image[first].mean() < image[second].mean() - 50
 
 

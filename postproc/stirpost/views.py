@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: MIT
+"""Pictures of the metal and the tool in space, in parallel projection and to scale, with axes in mm."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import pyvista as pv
+from matplotlib.colors import Colormap, Normalize
+from matplotlib.ticker import MaxNLocator
+from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
+
+from . import look
+from .run import Frame
+
+UP = np.array([0.0, 0.0, 1.0])
+FRONT, SIDE, BEHIND = (-0.55, -1.2, 0.9), (-0.35, -1.2, 0.45), (-1.0, -0.55, 0.6)  # from the metal to who looks at it
+SHARP = 30.0  # degrees between faces of a tool: an edge is drawn
+STEEL, STRIPE, STRIPES = (184, 190, 198), (150, 157, 166), 12
+FINE = 130  # pixels an inch
+TOP = 90.0  # percent of the points of the surface are below the top of the plate, or not far above it
+
+
+@dataclass
+class Eye:
+    """A direction to look along; places become lengths to the right and up [m], and depth."""
+
+    towards: tuple[float, float, float]
+
+    def __post_init__(self):
+        back = np.array(self.towards) / np.linalg.norm(self.towards)
+        right = np.cross(UP, back)
+        right /= np.linalg.norm(right)
+        self.axes = np.stack([right, np.cross(back, right), back])
+
+    def sees(self, points: np.ndarray) -> np.ndarray:
+        """(n, 2): to the right and up."""
+        return np.asarray(points) @ self.axes[:2].T
+
+
+ABOVE = Eye((0.0, -1e-6, 1.0))
+
+
+def tool_parts(tool: pv.PolyData) -> tuple[pv.PolyData, pv.PolyData]:
+    """The tool, a surface of revolution in rows of its profile, with stripes that show how it has turned, and its edges."""
+    corners = tool.regular_faces
+    azimuth = tool["azimuth"][corners]
+    around = np.unique(np.round(tool["azimuth"] % (2.0 * np.pi), 4))
+    step = float(np.median(np.diff(around))) if len(around) > 3 else np.pi / 6
+    pairs = np.stack([azimuth, np.roll(azimuth, -1, axis=1)])
+    between = np.exp(1j * pairs).sum(axis=0)  # a pair of corners that is a step apart is in the middle of a segment
+    apart = np.abs(np.angle(np.exp(1j * (pairs[1] - pairs[0]))))
+    middle = np.angle(between[np.arange(len(corners)), np.abs(apart - step).argmin(axis=1)]) % (2.0 * np.pi)
+    segment, count = np.floor(middle / step).astype(int), max(1, round(2.0 * np.pi / step))
+    shade = np.where((segment * STRIPES // count % 2 == 0)[:, None], STEEL, STRIPE)
+    body = pv.PolyData.from_regular_faces(tool.points, corners)
+    body.cell_data["shade"] = shade.astype(np.uint8)
+    smooth = tool.clean(point_merging=True).compute_normals(split_vertices=False, cell_normals=True, point_normals=False)
+    edges = smooth.extract_feature_edges(SHARP, boundary_edges=True, non_manifold_edges=False, manifold_edges=False)
+    return body.compute_normals(split_vertices=True, feature_angle=SHARP, cell_normals=False), edges
+
+
+def coloured(mesh: pv.PolyData, values: np.ndarray, norm: Normalize, colours: Colormap) -> pv.PolyData:
+    """The mesh with the colours of matplotlib, so that pictures of all kinds share their scales."""
+    mesh.point_data["colour"] = (colours(norm(values))[:, :3] * 255).astype(np.uint8)
+    return mesh
+
+
+def cut_face(view, values: np.ndarray, norm: Normalize, colours: Colormap, eye: Eye) -> tuple[pv.PolyData, pv.Texture] | None:
+    """The plane of a section, with what it shows; None where it meets no metal."""
+    if not view.inside.any():
+        return None
+    i, j = view.across
+    picture = (colours(norm(np.nan_to_num(view.spread(values)))) * 255).astype(np.uint8)
+    picture[..., 3] = np.where(view.inside, 255, 0)
+    corners = np.empty((4, 3))
+    corners[:, view.axis] = view.at + 1e-5 * np.sign(eye.axes[2][view.axis])  # before the edge of the metal behind it
+    corners[:, i] = view.low[i], view.high[i], view.high[i], view.low[i]
+    corners[:, j] = view.low[j], view.low[j], view.high[j], view.high[j]
+    plane = pv.PolyData(corners, faces=[4, 0, 1, 2, 3])
+    plane.active_texture_coordinates = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], dtype=float)
+    texture = pv.Texture(np.ascontiguousarray(picture[::-1]))
+    texture.InterpolateOff()
+    return plane, texture
+
+
+@lru_cache(maxsize=1)
+def plotter() -> pv.Plotter:
+    """One window for all pictures: to open one takes longer than to draw in it."""
+    scene = pv.Plotter(off_screen=True, lighting="none")
+    for position, strength in (((-0.5, -0.8, 1.6), 0.8), ((0.9, 0.4, 0.7), 0.3)):
+        scene.add_light(pv.Light(position=position, focal_point=(0, 0, 0), light_type="scenelight", intensity=strength))
+    scene.enable_anti_aliasing("msaa", multi_samples=4)
+    return scene
+
+
+def image(eye: Eye, box: np.ndarray, fine: float, metal: pv.PolyData, tool: pv.PolyData | None, face=None) -> np.ndarray:
+    """Colours of the pixels of a box (2, 2) of what the eye sees [m], with `fine` pixels a metre."""
+    size = np.maximum(8, np.round((box[1] - box[0]) * fine)).astype(int)
+    scene = plotter()
+    scene.clear_actors()
+    scene.ren_win.SetSize(*(int(n) for n in size))
+    if metal.n_points:
+        scene.add_mesh(metal, scalars="colour", rgb=True, smooth_shading=True, ambient=0.3, diffuse=0.8, specular=0.05, show_scalar_bar=False)
+    if face is not None:
+        scene.add_mesh(face[0], texture=face[1], lighting=False)
+    if tool is not None:
+        body, edges = tool_parts(tool)
+        scene.add_mesh(body, scalars="shade", rgb=True, smooth_shading=True, ambient=0.35, diffuse=0.65, specular=0.1, show_scalar_bar=False)
+        if edges.n_points:
+            scene.add_mesh(edges, color=look.INK, line_width=1.2, lighting=False)
+    middle = box.mean(axis=0) @ eye.axes[:2]
+    reach = 10.0 * np.linalg.norm(box[1] - box[0]) + 1.0
+    scene.camera.position, scene.camera.focal_point, scene.camera.up = middle + reach * eye.axes[2], middle, UP
+    scene.camera.parallel_projection = True
+    scene.camera.parallel_scale = 0.5 * (box[1] - box[0])[1]
+    scene.renderer.ResetCameraClippingRange()
+    scene.ren_win.Render()
+    copy = vtkWindowToImageFilter()
+    copy.SetInput(scene.ren_win)
+    copy.ShouldRerenderOff()
+    copy.Update()
+    pixels = pv.wrap(copy.GetOutput())
+    columns, rows, _ = pixels.dimensions
+    return np.asarray(pixels.active_scalars).reshape(rows, columns, -1)[::-1]
+
+
+def seen_box(eye: Eye, *meshes: pv.PolyData | None) -> np.ndarray:
+    """What holds all points as the eye sees them (2, 2) [m]."""
+    seen = np.vstack([eye.sees(mesh.points) for mesh in meshes if mesh is not None and mesh.n_points])
+    return np.array([seen.min(axis=0), seen.max(axis=0)])
+
+
+def draw_axes(panel, eye: Eye, low: np.ndarray, high: np.ndarray) -> None:
+    """Edges of the box low..high [m] nearest to the eye with whole numbers of mm: x and y along its bottom, z upwards at the left."""
+    near = np.where(eye.axes[2] > 0, high, low)
+    bottom = np.array([near[0], near[1], low[2]])
+    centre = eye.sees([0.5 * (low + high)])[0]
+    for axis, name in enumerate("xyz"):
+        start, end = bottom.copy(), bottom.copy()
+        if axis == 2:  # at the vertical edge that is leftmost of those that are seen
+            corners = [np.array([x, y, low[2]]) for x, y in ((near[0], low[1]), (near[0], high[1]), (low[0], near[1]), (high[0], near[1]))]
+            start = min(corners, key=lambda corner: eye.sees([corner])[0][0])
+            end = start.copy()
+        start[axis], end[axis] = low[axis], high[axis]
+        a, b = eye.sees([start, end])
+        length = np.linalg.norm(b - a) * look.MM
+        count = max(2, int(length * panel.inches / 0.45))
+        ticks = MaxNLocator(nbins=count, steps=[1, 2, 5, 10], integer=True, min_n_ticks=1).tick_values(low[axis] * look.MM, high[axis] * look.MM)
+        ticks = ticks[(ticks >= low[axis] * look.MM + (0.3 if axis == 2 else -0.3)) & (ticks <= high[axis] * look.MM + 0.3)]
+        out = np.array([b[1] - a[1], a[0] - b[0]])
+        out *= np.sign(out @ (0.5 * (a + b) - centre)) / np.linalg.norm(out)
+        out = np.array([-1.0, 0.0]) if axis == 2 else out
+        step = out / panel.inches
+        panel.plot(*(np.array([a, b]) * look.MM).T, color=look.INK, linewidth=0.7)
+        for tick in ticks:
+            place = start.copy()
+            place[axis] = tick / look.MM
+            at = eye.sees([place])[0] * look.MM
+            panel.plot(*np.array([at, at + 0.05 * step]).T, color=look.INK, linewidth=0.7)
+            panel.text(*(at + 0.13 * step), f"{tick:.0f}", ha="right" if axis == 2 else "center", va="center", fontsize=8)
+        there = b * look.MM + [-0.13 / panel.inches, 0.12 / panel.inches] if axis == 2 else 0.5 * (a + b) * look.MM + 0.34 * step
+        panel.text(*there, f"{name} [mm]", ha="right" if axis == 2 else "center", va="center", fontsize=8.5)
+
+
+def panel_of(figure, left: float, bottom: float, box: np.ndarray, inches: float):
+    """Axes without a frame whose units are mm, `inches` of the picture each; lower left corner in inches."""
+    wide, tall = figure.get_size_inches()
+    size = (box[1] - box[0]) * look.MM * inches
+    panel = figure.add_axes((left / wide, bottom / tall, size[0] / wide, size[1] / tall))
+    panel.set(xlim=box[:, 0] * look.MM, ylim=box[:, 1] * look.MM)
+    panel.set_axis_off()
+    panel.inches = inches
+    return panel
+
+
+def half_behind(mesh: pv.PolyData, axis: int, at: float, eye: Eye) -> pv.PolyData:
+    """What is behind the plane where coordinate `axis` is `at`."""
+    normal = np.eye(3)[axis] * np.sign(eye.axes[2][axis])
+    return mesh.clip(normal=normal, origin=np.eye(3)[axis] * at, invert=True)
+
+
+def plate_picture(frame: Frame, mesh: pv.PolyData, tool: pv.PolyData | None, name: str, label: str, norm: Normalize, colours: Colormap,
+                  view=None):
+    """The plate at one time from the front left, and, with the view of a section along it, cut there."""
+    coloured(mesh, look.shown(name, mesh.point_data[name]), norm, colours)
+    low, high = np.percentile(mesh.points, [0.05, 99.95], axis=0)
+    high[2] = np.percentile(mesh.points[:, 2], TOP)  # that of the plate, not of flash and debris
+    whole = Eye(FRONT)
+    shown = [(whole, seen_box(whole, mesh, tool), mesh, None)]
+    if view is not None:
+        side = Eye(SIDE)
+        half = half_behind(mesh, view.axis, view.at, side)
+        shown.append((side, seen_box(side, half, tool), half, cut_face(view, look.shown(name, frame.field(name)), norm, colours, side)))
+    sides, below, gap, head = 0.78, 0.5, 0.78, 0.3
+    lengths = [np.diff(box, axis=0)[0] * look.MM for _, box, _, _ in shown]
+    wide = look.WIDTH if view is not None else 8.2
+    inches = (wide - sides - look.BAR - gap * (len(shown) - 1)) / sum(size[0] for size in lengths)
+    tall = max(size[1] for size in lengths) * inches + below + head
+    figure = look.new_figure(wide, tall)
+    figure.set_layout_engine("none")
+    left = sides
+    for (eye, box, part, face), size in zip(shown, lengths):
+        panel = panel_of(figure, left, below, box, inches)
+        picture = image(eye, box, FINE * inches * look.MM, part, tool, face)
+        panel.imshow(picture, extent=(*box[:, 0] * look.MM, *box[:, 1] * look.MM), aspect="auto", interpolation="antialiased")
+        panel.set(xlim=box[:, 0] * look.MM, ylim=box[:, 1] * look.MM)
+        corners = [low.copy(), high.copy()]
+        if part is not mesh:
+            corners[int(eye.axes[2][view.axis] > 0)][view.axis] = view.at
+        draw_axes(panel, eye, *corners)
+        left += size[0] * inches + gap
+    figure.text(0.1 / wide, 1.0 - 0.2 / tall, f"t = {look.seconds(frame.time)}", fontsize=10)
+    bar = min(2.6, tall - 0.6)
+    strip = figure.add_axes(((wide - look.BAR + 0.12) / wide, 0.5 - 0.5 * bar / tall, 0.14 / wide, bar / tall))
+    look.colour_bar(figure, norm, colours, strip, label)
+    return figure

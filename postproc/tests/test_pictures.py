@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: MIT
+"""What pictures show: scales, ticks, units, and metal where there is metal."""
+
+import numpy as np
+import pytest
+import synthetic
+
+from stirpost import curves, look, maps, surface, views
+from stirpost.run import Run
+from stirpost.table import Column, Table
+
+H = 1e-3
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    directory = synthetic.make_run(tmp_path_factory.mktemp("runs") / "plate.out", spacing=0.002, frames=3)
+    synthetic.write_tools(directory)
+    return Run(directory)
+
+
+@pytest.fixture(autouse=True)
+def kelvin():
+    yield
+    look.use_degrees("K")
+
+
+def inches_per_mm(axis):
+    box = axis.get_position().size * axis.figure.get_size_inches()
+    return box / [np.ptp(axis.get_xlim()), np.ptp(axis.get_ylim())]
+
+
+def test_sections_across_and_along_have_one_scale_and_whole_ticks(run):
+    scene = maps.build_scene(run, run.frames)
+    scales = []
+    for views_, kind in ((scene.cross, "cross"), (scene.along, "along")):
+        figure = maps.field_map(views_, kind, "temperature", "T", look.TEMPERATURE, maps.temperature_norm(run.frames))
+        for axis in figure.axes[: len(views_)]:
+            scales += inches_per_mm(axis).tolist()
+            ticks = np.concatenate([axis.get_xticks(), axis.get_yticks()])
+            assert np.array_equal(ticks, np.round(ticks))
+    assert np.ptp(scales) < 1e-6 * scales[0]
+
+
+@pytest.mark.parametrize("at", [5.0, 5.25, 5.5, 5.75, 6.0])
+def test_solid_metal_has_no_holes_wherever_it_is_cut(at):
+    """Also between two layers of particles, and among particles off their lattice."""
+    random = np.random.default_rng(3)
+    points = synthetic.lattice(H, (0.012, 0.010, 0.008)) + random.uniform(-0.2, 0.2, (960, 3)) * H
+    mesh = surface.reconstruct(points, H)
+    view = maps.section(maps.View(None, np.zeros(3), np.array([0.012, 0.010, 0.008]), "", mesh, 0), points, at * H, H)
+    inner = view.inside[view.shape[0] // 5:-view.shape[0] // 5, view.shape[1] // 5:-view.shape[1] // 5]
+    assert inner.all()
+    assert np.isfinite(view.spread(points[:, 1])[view.inside]).all()
+
+
+def test_strains_are_logarithmic_and_end_at_50():
+    """A layer of huge strain at the tool does not hide the stir zone; the scale is no longer than what is there."""
+    for largest, end in ((1200.0, 50.0), (7.0, 7.0), (0.0, 1.0)):
+        norm = maps.strain_norm_of(np.array([0.0, 0.5 * largest, largest]))
+        assert norm.vmin == 0.1 and norm.vmax == pytest.approx(end)
+        assert norm(0.0) == 0.0 and norm(1e4) == 1.0
+
+
+def test_one_switch_changes_kelvin_to_celsius_everywhere(run):
+    kelvin = maps.temperature_norm(run.frames)
+    view = maps.build_scene(run, run.frames[-1:]).cross[0]
+    before = view.values("temperature")
+    assert curves.thermocouples(run.probes).axes[0].get_ylabel() == "temperature [K]"
+    look.use_degrees("C")
+    celsius = maps.temperature_norm(run.frames)
+    assert (kelvin.vmin - celsius.vmin, kelvin.vmax - celsius.vmax) == pytest.approx((273.15, 273.15))
+    assert np.nanmax(np.abs(before - view.values("temperature") - 273.15)) < 1e-3
+    assert curves.thermocouples(run.probes).axes[0].get_ylabel() == "temperature [\N{DEGREE SIGN}C]"
+
+
+def test_lines_of_a_panel_can_be_told_apart():
+    """Up to thirty of them, by colour and dashes."""
+    kinds = look.line_kinds(30)
+    assert len({(kind["color"], kind["linestyle"]) for kind in kinds}) == 30
+    time = np.linspace(0.0, 1.0, 20)
+    table = Table([Column("time", "s", time)] + [Column(f"energy_{k}", "J", (1.0 + k) * time) for k in range(15)])
+    lines = [line for axis in curves.energies(table).axes for line in axis.lines]
+    assert len({(line.get_color(), line.get_linestyle()) for line in lines}) == 15
+
+
+def test_names_and_units_are_those_people_use():
+    assert look.words("tool_tool_velocity") == "tool velocity" and look.words("plastic_work") == "plastic work"
+    assert look.scaled(3.2e-4, "m2") == (1e6, "mm\N{SUPERSCRIPT TWO}") and look.scaled(5e-4, "m") == (1e3, "mm")
+    assert look.scaled(12e3, "N") == (1e-3, "kN") and look.scaled(2.0, "m") == (1.0, "m")
+
+
+@pytest.mark.skipif(not surface.can_render(), reason="no OpenGL here")
+def test_the_plate_has_two_views_to_scale_with_whole_ticks(run):
+    frame = run.frames[-1]
+    scene = maps.build_scene(run, [frame])
+    norm = maps.temperature_norm([frame])
+    figure = views.plate_picture(frame, scene.top[0].mesh, run.tools(frame), "temperature", "T", norm, look.TEMPERATURE, scene.along[0])
+    panels = figure.axes[:2]
+    scales = np.concatenate([inches_per_mm(panel) for panel in panels])
+    assert np.ptp(scales) < 0.01 * scales[0]
+    for panel in panels:
+        words = [text.get_text() for text in panel.texts]
+        assert {"x [mm]", "y [mm]", "z [mm]"} <= set(words)
+        assert all(word.lstrip("-").isdigit() for word in words if "[" not in word)
+        renderer = figure.canvas.get_renderer()
+        for text in panel.texts:  # none is cut by the edge of the picture
+            box = text.get_window_extent(renderer)
+            assert box.x0 >= 0 and box.y0 >= 0 and box.x1 <= figure.bbox.width and box.y1 <= figure.bbox.height
+
+
+@pytest.mark.parametrize("turns", [24, 36, 48, 60])
+def test_stripes_of_a_tool_are_whole_segments(turns):
+    """The two triangles between two lines of the profile have one shade, and the stripes are as wide as they can be alike."""
+    import pyvista as pv
+
+    around = np.arange(turns) * 2 * np.pi / turns
+    ring = np.stack([np.cos(around), np.sin(around), 0 * around], axis=1)
+    k, nxt = np.arange(turns), (np.arange(turns) + 1) % turns
+    corners = np.concatenate([np.stack(c, axis=1) for c in ((k, nxt, nxt + turns), (k, nxt + turns, k + turns), (nxt, k, 0 * k + 2 * turns))])
+    points = np.vstack([ring, ring + [0, 0, 1], [[0, 0, 0]]])
+    tool = pv.PolyData.from_regular_faces(points, corners)
+    tool.point_data["azimuth"] = np.arctan2(points[:, 1], points[:, 0])
+    shade = views.tool_parts(tool)[0].cell_data["shade"][:, 0].reshape(3, turns)
+    assert (shade[0] == shade[1]).all() and (shade[0] == shade[2]).all()
+    assert (np.diff(np.append(shade[0], shade[0, 0]).astype(int)) != 0).sum() == views.STRIPES
