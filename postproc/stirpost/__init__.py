@@ -19,6 +19,7 @@ tools     where the tools are, and the phases of their way
 metal     what hangs together: flash, debris, groove
 scene     an input: read, changed, checked and run; solids, cavities
 flow      stirpost flow: volumes, stir zone, layers of a pass; flow_pictures: sections of its voids and cavity
+film      stirpost film: a moving picture of a weld
 tracks    pathlines of tracers: pictures, and lines for VTK
 summary   the key figures and the phases
 machine   the log of a machine beside a run

@@ -16,6 +16,7 @@ COMMANDS = (
     ("section", "section", "grain size on a cross-section"),
     ("track", "track", "the history of one particle, as &PATH KIND = 'history' reads it"),
     ("tracks", "tracks", "pathlines of the tracers: pictures, and lines for VTK"),
+    ("film", "film", "a moving picture of a weld: the tool and the section behind it"),
     ("compare", "compare", "numbers and pictures of two runs, or of a run and a machine's log"),
     ("sweep", "sweep", "a study over keys of an input, and its picture"),
     ("calibrate", "calibrate", "keys of an input from measurements"),

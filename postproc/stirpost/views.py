@@ -133,12 +133,13 @@ def seen_box(eye: Eye, *meshes: pv.PolyData | None) -> np.ndarray:
     return np.array([seen.min(axis=0), seen.max(axis=0)])
 
 
-def draw_axes(panel, eye: Eye, low: np.ndarray, high: np.ndarray) -> None:
-    """Edges of the box low..high [m] nearest to the eye with whole numbers of mm: x and y along its bottom, z upwards at the left."""
+def draw_axes(panel, eye: Eye, low: np.ndarray, high: np.ndarray, *names: str) -> None:
+    """Edges of the box low..high [m] nearest to the eye with whole numbers of mm: x and y along its bottom, z upwards at the left.
+    `names` are those of x and y if they have others."""
     near = np.where(eye.axes[2] > 0, high, low)
     bottom = np.array([near[0], near[1], low[2]])
     centre = eye.sees([0.5 * (low + high)])[0]
-    for axis, name in enumerate("xyz"):
+    for axis, name in enumerate((names or ("x", "y")) + ("z",)):
         start, end = bottom.copy(), bottom.copy()
         if axis == 2:  # at the vertical edge that is leftmost of those that are seen
             corners = [np.array([x, y, low[2]]) for x, y in ((near[0], low[1]), (near[0], high[1]), (low[0], near[1]), (high[0], near[1]))]
@@ -153,16 +154,16 @@ def draw_axes(panel, eye: Eye, low: np.ndarray, high: np.ndarray) -> None:
         out = np.array([b[1] - a[1], a[0] - b[0]])
         out *= np.sign(out @ (0.5 * (a + b) - centre)) / np.linalg.norm(out)
         out = np.array([-1.0, 0.0]) if axis == 2 else out
-        step = out / panel.inches
+        step, where = out / panel.inches, "right" if out[0] < -0.6 else "left" if out[0] > 0.6 else "center"
         panel.plot(*(np.array([a, b]) * look.MM).T, color=look.INK, linewidth=0.7)
         for tick in ticks:
             place = start.copy()
             place[axis] = tick / look.MM
             at = eye.sees([place])[0] * look.MM
             panel.plot(*np.array([at, at + 0.05 * step]).T, color=look.INK, linewidth=0.7)
-            panel.text(*(at + 0.13 * step), f"{tick:.0f}", ha="right" if axis == 2 else "center", va="center", fontsize=8)
+            panel.text(*(at + (0.13 - 0.05 * (where != "center")) * step), f"{tick:.0f}", ha=where, va="center", fontsize=8)
         there = b * look.MM + [-0.13 / panel.inches, 0.12 / panel.inches] if axis == 2 else 0.5 * (a + b) * look.MM + 0.34 * step
-        panel.text(*there, f"{name} [mm]", ha="right" if axis == 2 else "center", va="center", fontsize=8.5)
+        panel.text(*there, f"{name} [mm]", ha=where, va="center", fontsize=8.5)
 
 
 def panel_of(figure, left: float, bottom: float, box: np.ndarray, inches: float):
