@@ -24,6 +24,7 @@ tracks    pathlines of tracers: pictures, and lines for VTK
 summary   the key figures and the phases
 machine   the log of a machine beside a run
 alarms    whether the figures may be trusted
+window    stirpost window: sound or not over rotational speed, travel speed and force
 trials    runs of one input with other values, each kept and computed once
 limits    between which values a key is searched
 targets   measured numbers that runs are to meet

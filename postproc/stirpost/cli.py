@@ -19,6 +19,7 @@ COMMANDS = (
     ("film", "film", "a moving picture of a weld: the tool and the section behind it"),
     ("compare", "compare", "numbers and pictures of two runs, or of a run and a machine's log"),
     ("sweep", "sweep", "a study over keys of an input, and its picture"),
+    ("window", "window", "the process window of a weld: sound or not over rotational and travel speed"),
     ("calibrate", "calibrate", "keys of an input from measurements"),
     ("material", "material", "pictures of the curves of stirpoint --material"),
     ("gcode", "gcode", "the program of a machine as &MOTION groups"),

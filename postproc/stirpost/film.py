@@ -128,11 +128,14 @@ class Film:
 
     def pictures(self) -> list[Image]:
         """One of each frame."""
+        import pyvista as pv
         from PIL import Image
 
         parts = [self.parts(frame) for frame in self.frames]
-        box = self.views.seen_box(self.eye, *(mesh for metal, tool, _ in parts for mesh in (metal, tool)))
-        low, high = np.percentile(self.turned(self.run.frames[0].points()), [0.0, 100.0], axis=0)
+        start = self.turned(self.run.frames[0].points())
+        low, high = start.min(axis=0) - 0.5 * self.run.spacing, start.max(axis=0) + 0.5 * self.run.spacing
+        corners = pv.PolyData(np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]))
+        box = self.views.seen_box(self.eye, corners, *(mesh for metal, tool, _ in parts for mesh in (metal, tool)))
         sides, below, wide = 0.8, 0.5, 7.6
         inches = (wide - sides - look.BAR) / ((box[1] - box[0])[0] * look.MM)
         tall = below + (box[1] - box[0])[1] * look.MM * inches + 0.3

@@ -37,10 +37,7 @@ def main(arguments: list[str] | None = None) -> int:
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("input", type=Path)
     parser.add_argument("--set", action="append", required=True, metavar="GROUP.KEY=VALUE,VALUE...", dest="sets")
-    parser.add_argument("--ranks", type=int, default=1, help="MPI ranks of each run (default 1)")
-    parser.add_argument("--program", help="stirpoint itself, where it is not found by itself")
-    parser.add_argument("--slurm", action="store_true", help="write a job array instead of computing")
-    parser.add_argument("-o", "--output", type=Path)
+    add_how(parser)
     options = parser.parse_args(arguments)
     import pandas as pd
 
@@ -52,14 +49,8 @@ def main(arguments: list[str] | None = None) -> int:
     for values in itertools.product(*(values for _, values in axes)):
         chosen = dict(zip((key for key, _ in axes), values))
         directory = output / f"{name_of(chosen)}.out"
-        note = "is there"
-        if not is_done(directory, options.input, chosen):
-            if options.slurm:
-                left.append(prepared(options, directory, chosen))
-                continue
-            note = calculate(options, directory, chosen)
-        rows.append({key: number(value) for key, value in chosen.items()} | summary.measures(Run(directory)))
-        print(f"{directory}: {note}")
+        if case(options, directory, chosen, left):
+            rows.append({key: number(value) for key, value in chosen.items()} | summary.measures(Run(directory)))
     if rows:
         table = pd.DataFrame(rows)
         write(output / "sweep.csv", table.to_csv(index=False))
@@ -69,6 +60,26 @@ def main(arguments: list[str] | None = None) -> int:
     if left:
         print(f"{summary.counted(len(left), 'run')} left:", array(options, output, left), sep="\n")
     return 0
+
+
+def add_how(parser: argparse.ArgumentParser) -> None:
+    """How the runs of a study are computed, and where they go."""
+    parser.add_argument("--ranks", type=int, default=1, help="MPI ranks of each run (default 1)")
+    parser.add_argument("--program", help="stirpoint itself, where it is not found by itself")
+    parser.add_argument("--slurm", action="store_true", help="write a job array instead of computing")
+    parser.add_argument("-o", "--output", type=Path)
+
+
+def case(options, directory: Path, chosen: dict[str, str], left: list[str]) -> bool:
+    """Compute a case that is not done, or with --slurm add its line to those that are left; whether it is done now."""
+    note = "is there"
+    if not is_done(directory, options.input, chosen):
+        if options.slurm:
+            left.append(prepared(options, directory, chosen))
+            return False
+        note = calculate(options, directory, chosen)
+    print(f"{directory}: {note}", flush=True)
+    return True
 
 
 def prepared(options, directory: Path, chosen: dict[str, str]) -> str:

@@ -155,12 +155,12 @@ def draw_axes(panel, eye: Eye, low: np.ndarray, high: np.ndarray, *names: str) -
         out *= np.sign(out @ (0.5 * (a + b) - centre)) / np.linalg.norm(out)
         out = np.array([-1.0, 0.0]) if axis == 2 else out
         step, where = out / panel.inches, "right" if out[0] < -0.6 else "left" if out[0] > 0.6 else "center"
-        panel.plot(*(np.array([a, b]) * look.MM).T, color=look.INK, linewidth=0.7)
+        panel.plot(*(np.array([a, b]) * look.MM).T, color=look.INK, linewidth=0.7, clip_on=False)
         for tick in ticks:
             place = start.copy()
             place[axis] = tick / look.MM
             at = eye.sees([place])[0] * look.MM
-            panel.plot(*np.array([at, at + 0.05 * step]).T, color=look.INK, linewidth=0.7)
+            panel.plot(*np.array([at, at + 0.05 * step]).T, color=look.INK, linewidth=0.7, clip_on=False)
             panel.text(*(at + (0.13 - 0.05 * (where != "center")) * step), f"{tick:.0f}", ha=where, va="center", fontsize=8)
         there = b * look.MM + [-0.13 / panel.inches, 0.12 / panel.inches] if axis == 2 else 0.5 * (a + b) * look.MM + 0.34 * step
         panel.text(*there, f"{name} [mm]", ha=where, va="center", fontsize=8.5)

@@ -181,17 +181,20 @@ class Voids:
         sides = ("advancing", "retreating") if self.flow.way.advancing is not None else ("left", "right")
         return f"on the {sides[void.offset < 0]} side"
 
+    def is_pore(self, void: Void) -> bool:
+        """A closed void shorter than the pin is wide (two cells without a pin)."""
+        return void.kind == "closed" and void.length < 2.0 * (self.pin or self.flow.run.cell)
+
     def verdict(self) -> tuple[str, str]:
-        """Traffic light and sentence. A pore is a closed void shorter than the pin is wide (two cells without a pin)."""
+        """Traffic light and sentence."""
         if not self.all:
             return "green", f"The weld is closed: no void above {look.mm(self.resolved, 2, 2)}, the smallest that particles and cells resolve."
         worst = self.all[0]
-        wide = 2.0 * (self.pin or self.flow.run.cell)
-        pore = worst.kind == "closed" and worst.length < wide
+        pore = self.is_pore(worst)
         name = {"open": "an open groove", "root": "lack of fill at the root", "closed": "a pore" if pore else "a tunnel"}[worst.kind]
         text = f"The weld is open: {name} of {look.mm(worst.area, 2, 2)} {self.side(worst)}, {worst.depth * look.MM:.2g} mm below the surface, " \
                f"{worst.length * look.MM:.3g} mm long; voids of {look.mm(sum(v.volume for v in self.all), 3, 3)} in all."
-        amber = all(v.kind == "closed" and v.length < wide for v in self.all)
+        amber = all(self.is_pore(void) for void in self.all)
         return ("amber" if amber else "red"), text
 
 
