@@ -24,11 +24,12 @@ sys.path.insert(0, str(ROOT / "postproc"))
 import matplotlib  # noqa: E402
 from PIL import Image  # noqa: E402
 
-from stirpost import look, maps, surface  # noqa: E402
+from stirpost import look, maps, surface, views  # noqa: E402
 from stirpost.run import Run  # noqa: E402
 
 # Name of the picture: the input, and the time that is shown [s].
-SCENES = {"quickstart": (ROOT / "input/quickstart.nml", 5.5), "dissimilar": (ROOT / "input/fsw_copper_aluminium.nml", 7.5)}
+SCENES = {"quickstart": (ROOT / "input/quickstart.nml", 3.5), "copper": (ROOT / "input/fsp_copper_quick.nml", 5.5),
+          "dissimilar": (ROOT / "input/fsw_copper_aluminium.nml", 7.5)}
 SCENES |= {name: (ROOT / f"share/stirpoint/new/{name}.nml", time)
            for name, time in (("pin", 4.5), ("shoulder", 6.0), ("butt", 5.0), ("lap", 5.0), ("heat", 15.0))}
 SETS = {"fsw_copper_aluminium": ("GRID.CELL=1e-3", "TIME.END=7.5", "TIME.ELASTIC_SCALING=2")}
@@ -81,8 +82,8 @@ def draw(run: Run, time: float, name: str):
         view = maps.View(frame, low, high, f"t = {look.seconds(frame.time)},  x = {BODIES[name] * look.MM:.0f} mm", mesh, axis=0)
         return maps.body_map(maps.section(view, frame.points(), BODIES[name], run.spacing), "cross")
     norm = maps.temperature_norm(run.frames)
-    return surface.plate_picture(frame, surface.metal(run, frame, ["temperature"]), run.tools(frame), "temperature",
-                                 "temperature [K]", norm, look.TEMPERATURE)
+    return views.plate_picture(frame, surface.metal(run, frame, ["temperature"]), run.tools(frame), "temperature",
+                               "temperature [K]", norm, look.TEMPERATURE)
 
 
 def save(figure, path: Path) -> Path:

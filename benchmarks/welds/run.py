@@ -6,10 +6,10 @@
     build/venv/bin/python benchmarks/welds/run.py NAME --film 50 --friction 0.2 --travel 1 [--record]
     build/venv/bin/python benchmarks/welds/run.py --page
 
-The rule (docs/welds.md): library metal of welds, Coulomb friction of 0.4 up to the shear strength of the metal on a tool of hot work steel
-and on the anvil, a steel backing plate behind the film of rough faces under pressure (1000 W/(m2 K) and 1800 more at 1 MPa), an endless
+The rule (docs/welds.md): library metal of welds; aluminium seizes on the tool of hot work steel, other metals have Coulomb friction of 0.4
+on it up to their shear strength, all metals on the anvil; a steel backing plate behind the film of rough faces under pressure (1000 W/(m2 K) and 1800 more at 1 MPa), an endless
 cold sheet beyond the sides, the centre of the face 0.2 mm below the surface, or less: half the metal below the tip is kept. Cells: 2/5 of the
-thickness up to 4 mm, else a third. Results are means of the last second of a travel of two radii of the shoulder. A variant has other
+thickness up to 4 mm, else a quarter, and longer beside the shoulder. Results are means of the last second of a travel of two radii of the shoulder. A variant has other
 cells or another mass scaling, for the numerical error; --set changes one key of the rule. --film (at 1 MPa), --friction (0: the metal
 seizes on the tool) and --travel are recorded in rule.jsonl.
 --page draws docs/pictures/welds.png from results.jsonl and prints the deviations. docs/welds.md names the sources; reported
@@ -31,19 +31,20 @@ import matplotlib
 import measures
 import numpy as np
 import tables
-from stirpost import look
+from stirpost import look, voids
+from stirpost.run import Run
 
 MM = 1e-3
 LIBRARY = ROOT / "share/stirpoint/materials.nml"
 PICTURE = ROOT / "docs/pictures/welds.png"
 RESULTS = pathlib.Path(__file__).with_name("results.jsonl")
 RULE_RESULTS = pathlib.Path(__file__).with_name("rule.jsonl")
-FRICTION = 0.4     # Coulomb coefficient on the tool
+FRICTION = 0.4     # Coulomb coefficient on the anvil, and on the tool of metals other than aluminium
 TRAVEL = 2.0       # distance of travel [radii of the shoulder]
 FILM = 1800.0      # film coefficient of rough faces at 1 MPa [W/(m2 K)], docs/heat.md
 # Cells over thin and thick sheets, of whole layers of particles, and mass scaling.
-RULE = (2.5, 3, 1e6)
-VARIANTS = {"fine": (3, 4, 1e6), "light": (2.5, 3, 3e5), "heavy": (2.5, 3, 3e6)}
+RULE = (2.5, 4, 3e6)
+VARIANTS = {"coarse": (2, 3, 3e6), "fine": (3, 5, 3e6), "light": (2.5, 4, 1e6)}
 
 
 def weld(metal, thickness, shoulder, pin, length, rpm, speed, reported, tilt=2.0, concavity=0.0, probe=None,
@@ -75,19 +76,25 @@ WELDS = {
 }
 
 
+def friction_of(name):
+    """Coulomb coefficient on the tool; 0: the metal seizes."""
+    return 0.0 if WELDS[name]["metal"].startswith("AA") else FRICTION
+
+
 def of_library(metal, key):
     """A value of the library of materials."""
     entry = re.search(rf"^&MATERIAL NAME = '{metal}'.*?/$", LIBRARY.read_text(), re.M | re.S).group()
     return float(re.search(rf"\b{key} = ([\d.e+-]+)", entry).group(1))
 
 
-def text_of(name, variant, film=FILM, friction=FRICTION, radii=TRAVEL):
+def text_of(name, variant=None, film=FILM, friction=None, radii=TRAVEL):
     """The input of a weld."""
     w = WELDS[name]
     thin, thick, scaling = VARIANTS.get(variant, RULE)
     h = w["thickness"] / (thin if w["thickness"] <= 4.0 else thick)
     radius = w["shoulder"] / 2
     size_x, size_y = h * round((4.0 + radii) * radius / h), 2 * h * round(2.25 * radius / h)    # walls on nodes
+    fine = h * round(1.1 * radius / h)    # from the middle, of equal cells
     tilt = np.radians(w["tilt"])
     lowers = w["pin"] / 2 * np.sin(tilt)    # by the tilt the rim of the tip is lower than its centre
     start, above = 1.8 * radius, max(0.1, lowers + 0.05)
@@ -120,10 +127,12 @@ def text_of(name, variant, film=FILM, friction=FRICTION, radii=TRAVEL):
             f"&SURFACE BODY = '{body}', FACE = '{face}', COEFFICIENT = 1e5, BACKING = 'plate', BACKING_CONDUCTIVITY = {conductivity}"
             f"\n  BACKING_SPECIFIC_HEAT = {heat}, BACKING_DENSITY = {density} /\n" for face in sides)
     concave = f", CONCAVITY_DEG = {w['concavity']}" if w["concavity"] else ""
+    friction = friction_of(name) if friction is None else friction
     law = f"FRICTION = {friction}" if friction else "FRICTION_LAW = 'shear-factor', SHEAR_FACTOR = 1"
     force = f", FORCE = {w['force'] * 1e3:.6g}" if w["force"] else ""
     return f"""&RUN TITLE = '{name}: {", ".join(metals)}, {w["thickness"]} mm, {w["rpm"]} rpm, {w["speed"]:.4g} mm/s' /
-&GRID CELL = {h * MM:.6g}, LOWER = {-4 * h * MM:.6g}, {-4 * h * MM:.6g}, 0, UPPER = {(size_x + 4 * h) * MM:.6g}, {(size_y + 4 * h) * MM:.6g}, {(w["thickness"] + 6 * h + 2) * MM:.6g} /
+&GRID CELL = {h * MM:.9g}, LOWER = {-4 * h * MM:.9g}, 0, 0, UPPER = {(size_x + 4 * h) * MM:.9g}, {size_y * MM:.9g}, {h * np.ceil((w["thickness"] + 2) / h + 6) * MM:.9g}
+  GRADED = 'y', FINE = {(size_y / 2 - fine) * MM:.9g}, {(size_y / 2 + fine) * MM:.9g}, GROWTH = 1.3, LARGEST_CELL = {2 * h * MM:.9g} /
 &TIME END = {plunge / 2 + dwell + travel:.4g}, MASS_SCALING = {scaling:g} /
 {bodies}&TOOL NAME = 'tool', RADIUS = {radius * MM:.6g}, PIN_RADIUS = {w["pin"] / 2 * MM:.6g}, PIN_LENGTH = {w["length"] * MM:.6g}{concave}
   HEIGHT = 8e-3, POSITION = {start * MM:.6g}, {size_y / 2 * MM:.6g}, {(w["thickness"] + w["length"] + above) * MM:.6g}, TILT_DEG = {w["tilt"]}
@@ -150,6 +159,10 @@ def measure(results):
     mean["hottest"] = float(history["temperature_max[K]"].max())
     mean["inertia"] = float(np.median(history["inertial_stress_over_flow[%]"][last]))
     mean["audit"] = float(np.abs(history["audit_error[%]"]).max())
+    holes = voids.of_run(Run(results.directory))
+    if holes:
+        found = holes.measures()
+        mean["void"], mean["void_resolved"] = found["area_max[m2]"] * 1e6, found["smallest_tunnel_of_particles[m2]"] * 1e6
     if results.path("_probes.csv").exists():
         probes = results.probes()
         mean["probe"] = max(float(np.nanmax(probes[f"{side}[K]"])) for side in ("advancing", "retreating"))
@@ -160,7 +173,7 @@ def draw(pairs):
     """Computed over reported, on logarithmic axes, with lines of 15 and 30 % for all but the temperatures."""
     names = sorted({pair[0].split("-")[0] for _, found in pairs.values() for pair in found})
     with matplotlib.rc_context(look.STYLE):
-        figure = look.Figure(figsize=(7.6, 2.2), layout="constrained")
+        figure = look.new_figure(7.6, 2.2)
         for axes, (key, (title, found)) in zip(figure.subplots(1, len(pairs)), pairs.items()):
             told, computed = np.array([pair[1:] for pair in found]).T
             low, high = 0.8 * min(told.min(), computed.min()), 1.25 * max(told.max(), computed.max())
@@ -190,7 +203,7 @@ def main():
     parser.add_argument("--variant", choices=VARIANTS, help="other cells or another mass scaling")
     parser.add_argument("--set", metavar="GROUP.KEY=VALUE")
     parser.add_argument("--film", type=float, default=FILM, help="under the tool, at 1 MPa [W/(m2 K)]")
-    parser.add_argument("--friction", type=float, default=FRICTION, help="Coulomb's coefficient; 0: the metal seizes")
+    parser.add_argument("--friction", type=float, help="Coulomb's coefficient; 0: the metal seizes; default: that of the rule")
     parser.add_argument("--travel", type=float, default=TRAVEL, help="distance of travel [radii of the shoulder]")
     parser.add_argument("--folder", type=pathlib.Path, default=pathlib.Path("welds"))
     parser.add_argument("--record", action="store_true", help="put into results.jsonl, of which docs/welds.md has the tables")
@@ -203,7 +216,7 @@ def main():
     arguments.folder.mkdir(parents=True, exist_ok=True)
     for name in arguments.names or WELDS:
         kind = {key: getattr(arguments, key) for key, own in
-                (("variant", None), ("set", None), ("friction", FRICTION), ("film", FILM), ("travel", TRAVEL)) if getattr(arguments, key) != own}
+                (("variant", None), ("set", None), ("friction", None), ("film", FILM), ("travel", TRAVEL)) if getattr(arguments, key) != own}
         stem = "-".join((name, *(re.sub(r"\W", "_", str(part)) for part in kind.values())))
         (arguments.folder / f"{stem}.nml").write_text(text_of(name, arguments.variant, arguments.film, arguments.friction, arguments.travel))
         before = os.times()

@@ -272,7 +272,7 @@ def kept(path, title):
 
 WELDS = "benchmarks/welds/results.jsonl"
 SHOWN = (("torque", "torque [N m]", "{:.0f}"), ("force", "axial force [kN]", "{:.0f}"), ("power", "power [kW]", "{:.1f}"))
-MEANT = {"fine": "smaller cells", "light": "mass scaling 3e5", "heavy": "mass scaling 3e6"}
+MEANT = {"coarse": "larger cells", "fine": "smaller cells", "light": "mass scaling 1e6"}
 
 
 def shown_welds():
@@ -291,9 +291,10 @@ def welds(_):
         row.append(f"{weld['face']:.0f}" + (f" / {told['peak']:.0f}" if "peak" in told else ""))
         row.append((f"{weld['probe']:.0f}" + (f" / {told['probe']:.0f}" if "probe" in told else "")) if "probe" in weld else "")
         row.append(f"{weld['hottest']:.0f}")
+        row.append(f"{weld['void']:.1f} ({weld['void_resolved']:.1f})" if "void" in weld else "")
         row.append(f"{weld['inertia']:.0f}")
         rows.append(row)
-    return table(["weld", *(title for _, title, _ in SHOWN), "face [K]", "probe [K]", "hottest [K]", "inertial stress [%]"], rows)
+    return table(["weld", *(title for _, title, _ in SHOWN), "face [K]", "probe [K]", "hottest [K]", "largest void [mm2]", "inertial stress [%]"], rows)
 
 
 def reported_of_welds():
@@ -319,7 +320,8 @@ def weld_ratios(_):
 
 
 def trust(_):
-    """Deviation by kind of metal: median of the magnitudes, the largest in brackets, and over how many welds; voids have none yet."""
+    """Deviation by kind of metal: median of the magnitudes, the largest in brackets, and over how many welds; welds without a
+    hole larger than a pore."""
     def cell(found):
         off = [100.0 * (computed / told - 1.0) for _, told, computed in found]
         return f"{statistics.median(map(abs, off)):.0f} % ({max(off, key=abs):+.0f} %), {len(off)}" if off else "no reported value"
@@ -329,7 +331,9 @@ def trust(_):
         name = title.rpartition(" [")[0] + (" above 0 K" if title.startswith("temperature") else "")
         steel = [weld for weld in found if weld[0].startswith("304l")]
         rows.append([name, cell([weld for weld in found if weld not in steel]), cell(steel)])
-    rows.append(["void or none", *2 * ["not yet compared"]])
+    cut = [weld for weld in shown_welds() if "void" in weld and not weld["weld"].startswith("304l")]
+    closed = sum(weld["void"] < 1.5 * weld["void_resolved"] for weld in cut)
+    rows.append(["closed, as reported", f"{closed} of {len(cut)}", "not yet cut"])
     return table(["median deviation (largest), welds", "aluminium and copper", "stainless steel"], rows)
 
 
@@ -352,7 +356,7 @@ def weld_rule(_):
     """Welds with other films, another friction or another distance of travel, and the same welds by the rule."""
     others = measures.lines(measures.ROOT / "benchmarks/welds/rule.jsonl")
     own = [row for row in shown_welds() if row["weld"] in {other["weld"] for other in others}]
-    rows = [[row["weld"], f"{row.get('film', 1800.0):.0f}", str(row.get("friction", 0.4) or "seizes"),
+    rows = [[row["weld"], f"{row.get('film', 1800.0):.0f}", str(row.get("friction", 0.0 if row["weld"].startswith("aa") else 0.4) or "seizes"),
              f"{row.get('travel', 2.0):.0f}", *(form.format(row[key]) for key, _, form in SHOWN), *(f"{row[key]:.0f}" if key in row else "" for key in ("face", "probe"))]
             for row in sorted((*others, *own), key=lambda row: row["weld"])]
     return table(["weld", "film at 1 MPa [W/(m2 K)]", "friction", "travel [radii]", *(title for _, title, _ in SHOWN), "face [K]",

@@ -43,7 +43,7 @@ KINDS = {
     "sleeping": ("stir", 2, SLEEPING, {"TIME.END": 0.1}, {"TIME.END": 0.105}),
     "watched": ("phased", None, {"OUTPUT.FRAME_INTERVAL": 0}, {"TIME.END": 6e-3}, {"TIME.END": 6.1e-3}),
     "backed": ("backed_column", None, {"OUTPUT.FRAME_INTERVAL": 0}, {"TIME.MAX_STEPS": 4}, {"TIME.MAX_STEPS": 6}),
-    "traced": (driver.ROOT / "input/quickstart.nml", None, {"GRID.CELL": 4e-3, "OUTPUT.FRAME_INTERVAL": 0},
+    "traced": (driver.ROOT / "input/fsp_copper_quick.nml", None, {"GRID.CELL": 4e-3, "OUTPUT.FRAME_INTERVAL": 0},
                {"TIME.MAX_STEPS": 8}, {"TIME.MAX_STEPS": 10}),
 }
 

@@ -136,7 +136,7 @@ def test_check_on_two_ranks(run, tmp_path):
 
 
 @pytest.mark.parametrize("name, sets", [
-    ("stir", {"TIME.END": 0.04}), ("quickstart", {"GRID.CELL": 4e-3, "GRID.LOWER": "-8e-3,-8e-3,0", "GRID.UPPER": "104e-3,48e-3,24e-3",
+    ("stir", {"TIME.END": 0.04}), ("fsp_copper_quick", {"GRID.CELL": 4e-3, "GRID.LOWER": "-8e-3,-8e-3,0", "GRID.UPPER": "104e-3,48e-3,24e-3",
                                    "TIME.END": 3.0, "OUTPUT.FRAME_INTERVAL": 0}), ("block", {}), ("heat_slab", {})])
 def test_what_is_foretold(run, tmp_path, name, sets):
     """The project's own measure: what the run time is foretold from, the number of steps and the awake share of the particles,

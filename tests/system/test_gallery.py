@@ -10,7 +10,7 @@ from PIL import Image
 
 SCRIPT = driver.ROOT / "docs/gallery.py"
 PICTURES = driver.ROOT / "docs/pictures"
-SCENES = ("quickstart", "pin", "shoulder", "butt", "dissimilar", "lap", "heat")
+SCENES = ("quickstart", "copper", "pin", "shoulder", "butt", "dissimilar", "lap", "heat")
 
 
 @pytest.mark.parametrize("name", SCENES)

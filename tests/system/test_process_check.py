@@ -7,7 +7,7 @@ import re
 import driver
 import pytest
 
-QUICK = driver.ROOT / "input" / "quickstart.nml"
+QUICK = driver.ROOT / "input" / "fsp_copper_quick.nml"
 SIN = 0.05233595624294383  # of 3 degrees
 
 # Changes of the quick start, and the error (exit status 2) or warning (0) about them.
@@ -51,7 +51,7 @@ def test_process(outcome, name):
     assert done.status == (driver.BAD_INPUT if word == "error" else driver.WELL)
     assert len(said) == (0 if word is None else 1), said
     if word:
-        assert re.match(rf"(--set .*|.*quickstart.nml:\d+): {word}: &(TOOL|MOTION) .*", said[0]), said
+        assert re.match(rf"(--set .*|.*fsp_copper_quick.nml:\d+): {word}: &(TOOL|MOTION) .*", said[0]), said
         assert re.search(text, said[0]), said
 
 
