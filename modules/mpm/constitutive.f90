@@ -46,18 +46,19 @@ contains
   !> Voids that the grid does not resolve. Metal around a sphere that is the part `void` of its room
   !> carries at most the pressure 2/3 Y ln(1/void) with the flow stress Y, as it then flows into the
   !> sphere (Carroll & Holt 1972, J. Appl. Phys. 43:1626). Where a particle has more, its volume
-  !> ratio grows to that of the limit; the energy is plastic work.
+  !> ratio grows to that of the limit, whose work is plastic work.
   subroutine crush_voids(sim, body, n, nf, ps)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: body, n, nf
     real(rp), intent(inout) :: ps(nlane, nf)
-    real(rp) :: before(nlane), energy(nlane), excess, limit
+    real(rp) :: before(nlane), energy(nlane), excess, limit, work(nlane)   !! work: [J]
     integer :: p
 
     associate (void => sim%scene%layout%void)
       if (void == 0) return
       if (all(ps(:n, void) <= 0.0_rp)) return
       before = ps(:, f_jac)
+      work = 0.0_rp
       associate (material => sim%scene%material(sim%scene%body(body)%material))
         do p = 1, n
           if (ps(p, void) <= 0.0_rp .or. ps(p, f_flow) <= 0.0_rp) cycle
@@ -65,15 +66,17 @@ contains
           excess = -sum(ps(p, f_tau:f_tau + 2))/3.0_rp - limit
           if (excess <= 0.0_rp) cycle
           ps(p, f_jac) = before(p)*(1.0_rp + excess/material%k)
+          work(p) = ps(p, f_mass)/material%rho*limit*(ps(p, f_jac) - before(p))
         end do
         if (all(abs(ps(:n, f_jac) - before(:n)) <= 0.0_rp)) return
         call material%change_volume(n, ps(1, f_mass), ps(1, f_temp), ps(1, f_bbar), before, &
                                     ps(1, f_jac), ps(1, f_tau), energy)
         ps(:n, f_temp) = ps(:n, f_temp) + material%temperature_rise( &
-          ps(:n, f_temp), -material%plastic_heat*energy(:n)/(ps(:n, f_mass)*material%c_p))
+          ps(:n, f_temp), material%plastic_heat*work(:n)/(ps(:n, f_mass)*material%c_p))
       end associate
     end associate
-    sim%budget%sums(e_plastic) = sim%budget%sums(e_plastic) - sum(energy(:n))
+    sim%budget%sums(e_plastic) = sim%budget%sums(e_plastic) + sum(work(:n))
+    sim%budget%sums(e_stress) = sim%budget%sums(e_stress) + sum(work(:n)) + sum(energy(:n))
   end subroutine crush_voids
 
   !> Acceleration of a body by gravity and loads in this step [m/s2]; zero for a rigid body.

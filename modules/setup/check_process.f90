@@ -137,6 +137,7 @@ contains
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool
     type(tool_survey_t), intent(in) :: survey
+    real(rp), parameter :: room = 298.0_rp   !! temperature of cold metal [K]
     real(rp) :: admissible, rim, speed, stress, waves
     integer :: b
 
@@ -152,7 +153,7 @@ contains
     do b = 1, size(scene%body)
       if (.not. scene%can_flow(scene%body(b)%group)) cycle
       associate (material => scene%material(scene%body(b)%material))
-        stress = flow_stress_of(material, input%real('BODY', b, 'TEMPERATURE'), 1.0_rp)
+        stress = flow_stress_of(material, min(room, input%real('BODY', b, 'TEMPERATURE')), 1.0_rp)
         if (speed > 0.0_rp) admissible = max(admissible, stress/(material%rho*speed**2))
         waves = min(waves, material%wave_speed()/sqrt(scene%method%mass_scaling))
       end associate

@@ -163,9 +163,9 @@ def test_stirring_on_ranks_and_after_a_restart(run, tmp_path_factory, axes):
 @pytest.mark.parametrize("axes, fewer", [("z", 0.75), ("yz", 0.7), ("xyz", 0.6)])
 def test_stirring_as_in_equal_cells(run, tmp_path_factory, axes, fewer):
     """Under a tool in the fine part of the grid the plate bears what it bears in cells as fine everywhere:
-    force and torque within 1 % in the mean of 30 rows (layers reach the tool a little earlier or later, which is 2 % of a row), the rise
+    force and torque within 1 % in the mean of 40 rows (layers reach the tool a little earlier or later, which is 2 % of a row), the rise
     of the hottest metal too; with fewer particles. Without SELECTIVE_SCALING, which graded cells cannot have."""
-    rows, particles, long = [], [], stirred(axes, **{"TIME.END": 0.08, "METHOD.SELECTIVE_SCALING": "off"})
+    rows, particles, long = [], [], stirred(axes, **{"TIME.END": 0.1, "METHOD.SELECTIVE_SCALING": "off"})
     for sets in (long, {key: long[key] for key in long if key not in KEYS}):
         place = tmp_path_factory.mktemp("stir")
         results = run("stir", "--quiet", sets=sets, directory=place).results("stir")
@@ -175,9 +175,9 @@ def test_stirring_as_in_equal_cells(run, tmp_path_factory, axes, fewer):
                       for table in rows])
     assert particles[0] <= fewer * particles[1]
     for name in ("tool_force_z[N]", "tool_torque[Nm]"):
-        one, other = (table[name][-30:].mean() for table in rows)
+        one, other = (table[name][-40:].mean() for table in rows)
         assert one == pytest.approx(other, rel=1e-2), name
-    one, other = (table["temperature_max[K]"][-30:].mean() for table in rows)
+    one, other = (table["temperature_max[K]"][-40:].mean() for table in rows)
     print(one, other)
     assert one == pytest.approx(other, abs=0.01 * (other - 298.0))
 
