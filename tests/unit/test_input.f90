@@ -348,7 +348,7 @@ contains
              't.nml:2: error: &SHAPE has no UPPER (required if KIND = box or trapezoid)')
     call bad(nl//"&SHAPE BODY='bar' KIND='spheer' /"//base, &
              "t.nml:2: error: &SHAPE KIND = 'spheer': must be one of box, cylinder, sphere, "// &
-             'trapezoid; did you mean sphere?')
+             'trapezoid, stl; did you mean sphere?')
   end subroutine test_requirements
 
   !> `--set` in all its forms.
