@@ -48,9 +48,18 @@ VARIANTS = {"coarse": (2, 3, 3e6), "fine": (3, 5, 3e6), "light": (2.5, 4, 1e6)}
 
 
 def weld(metal, thickness, shoulder, pin, length, rpm, speed, reported, tilt=2.0, concavity=0.0, probe=None,
-         force=None, beside=None):
-    """Dimensions in mm (diameters), speed in mm/s, force of the travel in kN instead of a depth, metal of the retreating side."""
+         force=None, beside=None, tip=None, depth=None, backing=20.0, scaling=None):
+    """Dimensions in mm (diameters, tip: of the pin), speed in mm/s, force of the travel in kN instead of a depth, metal of the
+    retreating side; depth of the centre of the face below the surface [mm], thickness of the steel below the sheet [mm]."""
     return dict(locals())
+
+
+def rabe(metal, thickness, rpm, speed, left):
+    """A weld of Rabe, Reisgen and Schiebahn (2023): rpm, speed in mm/min, metal left under the trailing edge of the shoulder [mm]."""
+    length, tilt = (2.85, 1.5) if thickness == 3.0 else (1.42, 1.5)
+    return weld(metal, thickness, 14.0, 5.0, length, rpm, speed / 60, dict(), tilt=tilt, concavity=7.0,
+                tip=5.0 - 2 * length * np.tan(np.radians(10.0)), depth=thickness - left - 7.0 * np.sin(np.radians(tilt)),
+                backing=8.0, scaling=4e5)
 
 
 SCHMIDT = dict(torque=50.0, force=21.5, power=2.1, peak=735.0)
@@ -74,6 +83,15 @@ WELDS = {
     f"aa5083-6082-{speed}": weld("AA5083-H116-weld", 3.0, 18.0, 5.0, 2.6, 560, speed / 60, dict(), probe=(0.5, 6.5), beside="AA6082-T6-weld")
     for speed in (100, 200, 300)    # [mm/min]
 }
+RABE = {    # nominal depths, of which a sound weld is meant, and .15 mm less
+    f"rabe-{alloy}-{thickness:g}-{rpm}-{speed}-{depth}": rabe(metal, thickness, rpm, speed, left + less)
+    for alloy, metal, thickness, left, settings in (
+        ("5754", "AA6082-T6-weld", 3.0, 2.78, ((600, 300), (1200, 600), (1200, 1200), (1200, 2000), (1800, 900), (2400, 1200))),
+        ("5754", "AA6082-T6-weld", 1.5, 1.32, ((600, 300), (1200, 600), (1200, 2000))),
+        ("7075", "AA7075-T6-weld", 1.5, 1.32, ((600, 300), (1200, 600), (1200, 2000))))
+    for rpm, speed in settings for depth, less in (("nominal", 0.0), ("reduced", 0.15))
+}
+WELDS |= RABE
 
 
 def friction_of(name):
@@ -91,14 +109,15 @@ def text_of(name, variant=None, film=FILM, friction=None, radii=TRAVEL):
     """The input of a weld."""
     w = WELDS[name]
     thin, thick, scaling = VARIANTS.get(variant, RULE)
+    scaling = w["scaling"] or scaling
     h = w["thickness"] / (thin if w["thickness"] <= 4.0 else thick)
     radius = w["shoulder"] / 2
     size_x, size_y = h * round((4.0 + radii) * radius / h), 2 * h * round(2.25 * radius / h)    # walls on nodes
     fine = h * round(1.1 * radius / h)    # from the middle, of equal cells
     tilt = np.radians(w["tilt"])
-    lowers = w["pin"] / 2 * np.sin(tilt)    # by the tilt the rim of the tip is lower than its centre
+    lowers = (w["tip"] or w["pin"]) / 2 * np.sin(tilt)    # by the tilt the rim of the tip is lower than its centre
     start, above = 1.8 * radius, max(0.1, lowers + 0.05)
-    rim = min(0.2, 0.5 * (w["thickness"] - w["length"] * np.cos(tilt) - lowers))    # below the surface
+    rim = min(0.2, 0.5 * (w["thickness"] - w["length"] * np.cos(tilt) - lowers)) if w["depth"] is None else w["depth"]    # below the surface
     plunge = w["length"] + above + rim
     dwell = 1.0
     travel = radii * radius / w["speed"]
@@ -118,7 +137,7 @@ def text_of(name, variant=None, film=FILM, friction=None, radii=TRAVEL):
 &SHAPE BODY = '{body}', LOWER = 0, {lower * MM:.6g}, 0, UPPER = {size_x * MM:.6g}, {upper * MM:.6g}, {w["thickness"] * MM:.6g} /
 """
         surfaces += f"""&SURFACE BODY = '{body}', FACE = 'zmin', COEFFICIENT = 1000, PRESSURE_FACTOR = {film:g}, BACKING = 'plate'
-  BACKING_CONDUCTIVITY = 45, BACKING_DENSITY = 7850, BACKING_SPECIFIC_HEAT = 480, BACKING_THICKNESS = 20e-3, BACKING_COOLING = 500 /
+  BACKING_CONDUCTIVITY = 45, BACKING_DENSITY = 7850, BACKING_SPECIFIC_HEAT = 480, BACKING_THICKNESS = {w["backing"]:g}e-3, BACKING_COOLING = 500 /
 &SURFACE BODY = '{body}', FACE = 'zmax', COEFFICIENT = 15 /
 """
         conductivity, heat, density = (of_library(metal, key) for key in ("CONDUCTIVITY", "SPECIFIC_HEAT", "DENSITY"))
@@ -127,6 +146,7 @@ def text_of(name, variant=None, film=FILM, friction=None, radii=TRAVEL):
             f"&SURFACE BODY = '{body}', FACE = '{face}', COEFFICIENT = 1e5, BACKING = 'plate', BACKING_CONDUCTIVITY = {conductivity}"
             f"\n  BACKING_SPECIFIC_HEAT = {heat}, BACKING_DENSITY = {density} /\n" for face in sides)
     concave = f", CONCAVITY_DEG = {w['concavity']}" if w["concavity"] else ""
+    concave += f", PIN_TIP_RADIUS = {w['tip'] / 2 * MM:.6g}" if w["tip"] else ""
     friction = friction_of(name) if friction is None else friction
     law = f"FRICTION = {friction}" if friction else "FRICTION_LAW = 'shear-factor', SHEAR_FACTOR = 1"
     force = f", FORCE = {w['force'] * 1e3:.6g}" if w["force"] else ""
@@ -145,17 +165,25 @@ def text_of(name, variant=None, film=FILM, friction=None, radii=TRAVEL):
 &WALL SIDE = 'zmin', FRICTION = 0.4 /
 {"".join(f"&WALL SIDE = '{side}', POSITION = {place * MM:.6g} /{chr(10)}" for side, place in
          (("xmin", 0), ("xmax", size_x), ("ymin", 0), ("ymax", size_y)))}&HEAT AMBIENT = {ambient} /
-{surfaces}{probes}&OUTPUT FRAME_INTERVAL = 100, HISTORY_INTERVAL = 0.05, CHECKPOINT_INTERVAL = 1000 /
+{surfaces}{probes}&OUTPUT FRAME_INTERVAL = 100, HISTORY_INTERVAL = {0.05 * window_of(name, radii):.3g}, CHECKPOINT_INTERVAL = 1000 /
 """
 
 
-def measure(results):
-    """Means of the last second: torque [N m], axial and traverse force [kN], power [kW], hottest metal, face, probes [K]."""
+def window_of(name, radii):
+    """Duration of the means at the end of the travel [s]: a second, or half the travel of a fast weld."""
+    w = WELDS[name]
+    return min(1.0, 0.25 * radii * w["shoulder"] / w["speed"])
+
+
+def measure(results, seconds):
+    """Means of the last seconds: torque [N m], axial and traverse force [kN], power [kW], hottest metal, face, probes [K]; the
+    largest axial force of all times [kN]."""
     history = results.history()
-    last = history["time[s]"] > history["time[s]"][-1] - 1.0
+    last = history["time[s]"] > history["time[s]"][-1] - seconds
     mean = {name: float(np.mean(history[column][last])) * factor for name, column, factor in (
         ("torque", "tool_torque[Nm]", 1.0), ("force", "tool_force_z[N]", 1e-3), ("traverse", "tool_force_x[N]", 1e-3),
         ("power", "tool_power[W]", 1e-3), ("face", "tool_face_temperature[K]", 1.0), ("face_z", "tool_z[m]", 1e3))}
+    mean["plunge"] = float(history["tool_force_z[N]"].max()) * 1e-3
     mean["hottest"] = float(history["temperature_max[K]"].max())
     mean["inertia"] = float(np.median(history["inertial_stress_over_flow[%]"][last]))
     mean["audit"] = float(np.abs(history["audit_error[%]"]).max())
@@ -163,6 +191,9 @@ def measure(results):
     if holes:
         found = holes.measures()
         mean["void"], mean["void_resolved"] = found["area_max[m2]"] * 1e6, found["smallest_tunnel_of_particles[m2]"] * 1e6
+        if "largest" in found:
+            worst = found["largest"]
+            mean["void_below"], mean["void_beside"] = worst["depth[m]"] * 1e3, worst["offset[m]"] * 1e3
     if results.path("_probes.csv").exists():
         probes = results.probes()
         mean["probe"] = max(float(np.nanmax(probes[f"{side}[K]"])) for side in ("advancing", "retreating"))
@@ -225,7 +256,7 @@ def main():
         after = os.times()
         record = {"weld": name} | kind | {"status": done.status, "cpu": round(after.children_user - before.children_user, 1)}
         if done.status == driver.WELL:
-            record |= {key: round(value, 3) for key, value in measure(done.results(stem)).items()}
+            record |= {key: round(value, 3) for key, value in measure(done.results(stem), window_of(name, arguments.travel)).items()}
         else:
             record["said"] = done.err.strip().splitlines()[-1][-300:]
         record["reported"] = WELDS[name]["reported"]

@@ -216,13 +216,14 @@ contains
     of_run%is_read = .false.
     allocate (of_run%value(0))
     call pass_numbers(run, of_run)
+    call of_run%pass(size(numbers), numbers, 'the state of the integrator')
     associate (mesh => run%heat%mesh, theta => run%heat%theta(1:run%heat%size()))
       ! a column for each plane, with the values of all fields
       call write_heat_checkpoint(run%heat%world, checkpoint_path(scene), &
                                  reshape(reshape([theta, memory], [mesh%np, 1 + n_kept, mesh%nx], &
                                                  order=[1, 3, 2]), &
                                          [mesh%np*(1 + n_kept), mesh%nx]), &
-                                 [of_run%value, numbers], notes, error)
+                                 of_run, notes, error)
     end associate
   end subroutine save_heat
 
@@ -238,9 +239,10 @@ contains
 
     associate (mesh => run%heat%mesh, n => run%heat%size())
       allocate (planes(mesh%np*(1 + n_kept), mesh%nx), source=0.0_rp)
-      call read_heat_checkpoint(run%heat%world, path, mesh%lo - 1, planes, of_run%value, error)
+      call read_heat_checkpoint(run%heat%world, path, mesh%lo - 1, planes, of_run, error)
       if (error%is_set()) return
       of_run%place = path//': /global'
+      deallocate (of_run%stored)       ! the number of values of the integrator is not known yet
       call pass_numbers(run, of_run)
       n_own = of_run%n
       call check_restart_data(of_run)

@@ -17,7 +17,7 @@ module io_checkpoint
   use io_h5_data, only: extent, read_array, read_text, write_array, write_text
   use io_h5_file, only: h5file_t
   use io_h5_seal, only: check_seal, previous_of
-  use io_plausible, only: is_between, max_magnitude
+  use io_plausible, only: is_between, max_magnitude, numbers_t
   use particles_store, only: particles_t
   implicit none (type, external)
   private
@@ -44,9 +44,8 @@ contains
     character(*), intent(in) :: path
     type(particles_t), intent(in) :: particles
     type(box_t), intent(in) :: boxes(0:)           !! boxes of all ranks
-    real(rp), intent(in), contiguous :: global(:)   !! state of the run; the values of rank 0 are
-                                                    !! written
-    real(rp), intent(in), contiguous :: local(:)  !! sums of this rank, of equal number on all ranks
+    type(numbers_t), intent(in) :: global   !! state of the run; the values of rank 0 are written
+    type(numbers_t), intent(in) :: local    !! sums of this rank, of equal number on all ranks
     type(notes_t), intent(in) :: notes
     type(error_t), intent(inout) :: error
     type(h5file_t) :: file
@@ -66,11 +65,13 @@ contains
     call write_attribute(file, '/', 'ranks', world%size)
     call write_attribute(file, '/', 'fields', particles%nf)
     call write_attribute(file, '/', 'layout', notes%layout)
-    call write_array(file, '/global', global(:mine*size(global)))
+    call write_array(file, '/global', global%value(:mine*size(global%value)))
+    call write_text(file, '/names', global%names())
     call file%group('/ranks')
     call write_array(file, '/ranks/blocks', [particles%nblk])
     call write_array(file, '/ranks/boxes', ends)
-    call write_array(file, '/ranks/local', reshape(local, [size(local), 1]))
+    call write_array(file, '/ranks/local', reshape(local%value, [size(local%value), 1]))
+    call write_text(file, '/ranks/names', local%names())
     call write_blocks(file, particles)
     call file%flush()
     call file%close(error)
@@ -135,11 +136,10 @@ contains
     character(*), intent(in) :: path
     type(particles_t), intent(inout) :: particles
     type(box_t), allocatable, intent(out) :: boxes(:)   !! (0:ranks-1)
-    real(rp), allocatable, intent(out) :: global(:), local(:)
+    type(numbers_t), intent(out) :: global, local
     logical, intent(out) :: same_ranks
     type(error_t), intent(inout) :: error
     type(h5file_t) :: file
-    integer(i8), allocatable :: dims(:)
     integer(i8) :: first
     integer :: nf, ranks, mine
 
@@ -150,12 +150,12 @@ contains
     ranks = 0
     call read_attribute(file, '/', 'ranks', ranks)
     call read_attribute(file, '/', 'fields', nf)
-    call extent(file, '/global', dims)
-    allocate (global(product(dims)), source=0.0_rp)
-    call read_array(file, '/global', 0_i8, global)
+    call read_global(file, global)
     if (.not. file%error%is_set()) same_ranks = ranks == world%size
     if (same_ranks) call read_boxes(file, world, boxes)
-    call read_local(file, world, same_ranks, local)
+    call read_local(file, world, same_ranks, local%value)
+    local%place = '/ranks/local'
+    call read_text(file, '/ranks/names', local%stored)
     call split_blocks(file, world, path, nf, ranks, first, mine)
     call read_blocks(file, nf, first, mine, particles)
     call file%close(error)
@@ -218,6 +218,19 @@ contains
                        ' particles; this program was built for '//str(nlane))
     end if
   end subroutine check_lanes
+
+  !> Read the numbers of the run and their names.
+  subroutine read_global(file, global)
+    type(h5file_t), intent(inout) :: file
+    type(numbers_t), intent(inout) :: global
+    integer(i8), allocatable :: dims(:)
+
+    call extent(file, '/global', dims)
+    allocate (global%value(product(dims)), source=0.0_rp)
+    call read_array(file, '/global', 0_i8, global%value)
+    global%place = '/global'
+    call read_text(file, '/names', global%stored)
+  end subroutine read_global
 
   !> Read the boxes of all ranks.
   subroutine read_boxes(file, world, boxes)
@@ -325,7 +338,7 @@ contains
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
     real(rp), intent(in), contiguous :: field(:, :)   !! (cells of a plane, own planes)
-    real(rp), intent(in), contiguous :: global(:)     !! state of the run; the values of rank 0 are
+    type(numbers_t), intent(in) :: global             !! state of the run; the values of rank 0 are
                                                       !! written
     type(notes_t), intent(in) :: notes
     type(error_t), intent(inout) :: error
@@ -335,7 +348,8 @@ contains
     mine = merge(1, 0, world%is_root())
     call file%create(world, path, .false., error, sealed=.true.)
     call write_notes(file, notes)
-    call write_array(file, '/global', global(:mine*size(global)))
+    call write_array(file, '/global', global%value(:mine*size(global%value)))
+    call write_text(file, '/names', global%names())
     call file%group('/heat')
     call write_array(file, '/heat/state', field)
     call file%flush()
@@ -348,15 +362,12 @@ contains
     character(*), intent(in) :: path
     integer, intent(in) :: first
     real(rp), intent(inout), contiguous :: field(:, :)
-    real(rp), allocatable, intent(out) :: global(:)
+    type(numbers_t), intent(out) :: global
     type(error_t), intent(inout) :: error
     type(h5file_t) :: file
-    integer(i8), allocatable :: dims(:)
 
     call open_checkpoint(file, world, path, error)
-    call extent(file, '/global', dims)
-    allocate (global(product(dims)), source=0.0_rp)
-    call read_array(file, '/global', 0_i8, global)
+    call read_global(file, global)
     call read_array(file, '/heat/state', int(first, i8), field)
     call file%close(error)
   end subroutine read_heat_checkpoint

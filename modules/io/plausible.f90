@@ -18,18 +18,23 @@ module io_plausible
   real(rp), parameter, public :: counts = 2.0_rp**53   !! bound of counts, up to which reals are
                                                        !! exact
 
-  !> Numbers of a data set, which are written or read and checked one after the other.
+  !> Numbers of a data set, which are written or read and checked one after the other. The data set
+  !> has their names, a line for each with how many they are.
   type :: numbers_t
     character(:), allocatable :: place       !! file and data set
     real(rp), allocatable :: value(:)
     logical :: is_read = .true.              !! numbers are read, otherwise written
     integer :: n = 0                         !! numbers expected so far
+    character(:), allocatable :: stored      !! names in the file, if it is read
+    character(:), allocatable, private :: buffer   !! names so far, and room for more
+    integer, private :: used = 0             !! characters of `buffer`
     type(error_t) :: error
   contains
     procedure :: expect, pass
     procedure, private :: pass_real, pass_integer, pass_long
     generic :: pass_one => pass_real, pass_integer, pass_long
-    procedure :: pass_sink, has_set, finish
+    procedure :: pass_sink, has_set, finish, names
+    procedure, private :: add_name
   end type numbers_t
 
 contains
@@ -64,6 +69,7 @@ contains
     character(*), intent(in) :: what
     real(rp), intent(in), optional :: low, high
 
+    call self%add_name(n, what)
     if (.not. self%is_read) then
       self%value = [self%value, x]
     else
@@ -71,6 +77,31 @@ contains
       if (self%has_set()) x = self%value(self%n - n + 1:self%n)
     end if
   end subroutine pass
+
+  !> Append a line with the number and the name of numbers.
+  subroutine add_name(self, n, what)
+    class(numbers_t), intent(inout) :: self
+    integer, intent(in) :: n
+    character(*), intent(in) :: what
+    character(:), allocatable :: line
+
+    line = str(n)//' '//what//new_line('a')
+    if (.not. allocated(self%buffer)) self%buffer = ''
+    if (self%used + len(line) > len(self%buffer)) then
+      self%buffer = self%buffer//repeat(' ', len(self%buffer) + len(line))
+    end if
+    self%buffer(self%used + 1:self%used + len(line)) = line
+    self%used = self%used + len(line)
+  end subroutine add_name
+
+  !> Names of the numbers passed so far, a line for each with how many they are.
+  pure function names(self)
+    class(numbers_t), intent(in) :: self
+    character(:), allocatable :: names
+
+    names = ''
+    if (allocated(self%buffer)) names = self%buffer(:self%used)
+  end function names
 
   !> Pass a single number with its range.
   subroutine pass_real(self, x, what, low, high)
@@ -131,14 +162,38 @@ contains
     has_set = self%is_read .and. .not. self%error%is_set() .and. self%n <= size(self%value)
   end function has_set
 
-  !> Check that there are as many numbers as expected; otherwise errors of a range mean nothing.
+  !> Check that the file has the numbers that were expected; otherwise errors of a range mean
+  !> nothing.
   subroutine finish(self)
     class(numbers_t), intent(inout) :: self
+    character(:), allocatable :: expected, found
+    integer :: k
 
-    if (self%n /= size(self%value)) self%error%message = self%place//': '// &
-      str(size(self%value))//' numbers, not '//str(self%n)//': the checkpoint belongs to '// &
-      'another scene (tools, walls, clamps, probes or tracers differ)'
+    expected = self%names()
+    found = expected
+    if (allocated(self%stored)) found = self%stored
+    if (found == expected) then
+      if (self%n /= size(self%value)) self%error%message = self%place//': '// &
+        str(size(self%value))//' numbers, not '//str(self%n)
+      return
+    end if
+    k = 1      ! first line that differs
+    do while (first_line(found(k:)) == first_line(expected(k:)))
+      k = k + len(first_line(expected(k:))) + 1
+    end do
+    self%error%message = self%place//': '//first_line(found(k:))//' instead of '// &
+      first_line(expected(k:))//': the checkpoint belongs to another '// &
+      'scene (tools, walls, clamps, probes or tracers differ)'
   end subroutine finish
+
+  !> Text up to the end of its first line; 'nothing' if it is empty.
+  pure function first_line(text) result(line)
+    character(*), intent(in) :: text
+    character(:), allocatable :: line
+
+    line = 'nothing'
+    if (text /= '') line = text(:index(text//new_line('a'), new_line('a')) - 1)
+  end function first_line
 
   !> Whether a number is from `low` to `high`; false for NaN.
   elemental logical function is_between(x, low, high)

@@ -79,8 +79,8 @@ contains
     notes%layout = sim%scene%layout%places()
     file = checkpoint_path(sim%scene)
     if (present(path)) file = path
-    call write_checkpoint(sim%world, file, sim%particles, sim%exchange%boxes, of_run%value, &
-                          of_rank%value, notes, error)
+    call write_checkpoint(sim%world, file, sim%particles, sim%exchange%boxes, of_run, of_rank, &
+                          notes, error)
   end subroutine save_checkpoint
 
   !> Write or read the numbers of the run; `last` are the maxima of all ranks in the last step.

@@ -2,6 +2,7 @@
 !> Energies, temperatures and accumulated sums of all ranks, and their balance.
 module output_totals
   use base_kinds, only: nlane, rp
+  use base_packed, only: packed_t
   use mpm_blocks, only: kinetic_energy
   use output_diagnostics, only: is_finite
   use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel
@@ -30,6 +31,7 @@ module output_totals
     real(rp) :: max_strain_rate = 0.0_rp     !! [1/s]
     real(rp) :: inertial_ratio = 0.0_rp      !! largest inertial stress over flow stress
     real(rp) :: packing = 0.0_rp             !! largest excess of the fill over the volume of metal
+    real(rp) :: not_finite = 0.0_rp          !! 1: a field of a particle is not finite
     real(rp) :: motion(4) = 0.0_rp           !! momentum, with that of the inertia added to nodes
                                              !! [kg m/s], kinetic energy [J], without mass scaling
   end type energies_t
@@ -84,6 +86,7 @@ contains
                                                        ps(:, f_rate) > 0.0_rp))
       end associate
     end do
+    now%not_finite = merge(0.0_rp, 1.0_rp, is_finite(sim%particles))
     now%motion(4) = now%kinetic
     now%motion(:3) = now%motion(:3) + momentum_of_light(sim%nodes)/sim%clock%mass_scaling
     now%kinetic = sim%clock%mass_scaling*now%kinetic
@@ -121,35 +124,64 @@ contains
   subroutine sum_totals(sim, totals)
     type(simulation_t), intent(inout) :: sim
     type(totals_t), intent(out) :: totals
-    real(rp), allocatable :: all(:)
-    real(rp) :: maxima(6 + size(sim%tool))
-    integer :: k, last
+    type(packed_t) :: maxima, sums
+    integer :: k
 
     totals = zero_totals(sim)
     totals%now = energies(sim)
-    associate (now => totals%now)
-      maxima = [now%max_temperature, now%max_strain_rate, now%inertial_ratio, &
-                merge(0.0_rp, 1.0_rp, is_finite(sim%particles)), -now%min_temperature, &
-                now%packing, &
-                sim%tool%max_face_temperature]
-      all = [sim%budget%sums, now%kinetic, now%elastic, now%heat, now%motion, &
-             (sim%tool(k)%sums, k=1, size(sim%tool)), &
-             reshape(sim%budget%impulse, [size(sim%budget%impulse)]), sim%budget%hooks]
-      call sim%world%sum(all)
-      call sim%world%max(maxima)
-      totals%budget = all(1:n_sums)
-      now = energies_t(all(n_sums + 1), all(n_sums + 2), all(n_sums + 3), &
-                       maxima(1), -maxima(5), maxima(2), maxima(3), maxima(6), &
-                       all(n_sums + 4:n_sums + 7))
-    end associate
-    totals%max_face_temperature = maxima(7:)
-    last = n_sums + 7 + size(totals%tool)
-    totals%tool = reshape(all(n_sums + 8:last), shape(totals%tool))
-    totals%impulse = reshape(all(last + 1:), shape(totals%impulse))
-    totals%hooks = all(last + size(totals%impulse) + 1:)
+    totals%budget = sim%budget%sums
+    do k = 1, size(sim%tool)
+      totals%tool(:, k) = sim%tool(k)%sums
+    end do
+    totals%max_face_temperature = sim%tool%max_face_temperature
+    totals%impulse = sim%budget%impulse
+    totals%hooks = sim%budget%hooks
+    call pass_sums(totals, sums)
+    call pass_maxima(totals, maxima)
+    call sim%world%sum(sums%value)
+    call sim%world%max(maxima%value)
+    call pass_sums(totals, sums)
+    call pass_maxima(totals, maxima)
     call balance_energies(sim, totals)
-    totals%is_sound = maxima(4) <= 0.0_rp .and. .not. energy_diverges(sim, totals%now)
+    totals%is_sound = totals%now%not_finite <= 0.0_rp .and. .not. energy_diverges(sim, totals%now)
   end subroutine sum_totals
+
+  !> Pack or unpack what is added over the ranks.
+  subroutine pass_sums(totals, sums)
+    type(totals_t), intent(inout) :: totals
+    type(packed_t), intent(inout) :: sums
+
+    associate (t => totals, now => totals%now)
+      call sums%pass(size(t%budget), t%budget)
+      call sums%pass_one(now%kinetic)
+      call sums%pass_one(now%elastic)
+      call sums%pass_one(now%heat)
+      call sums%pass(size(now%motion), now%motion)
+      call sums%pass(size(t%tool), t%tool)
+      call sums%pass(size(t%impulse), t%impulse)
+      call sums%pass(size(t%hooks), t%hooks)
+    end associate
+    call sums%rewind()
+  end subroutine pass_sums
+
+  !> Pack or unpack what is the largest value of any rank.
+  subroutine pass_maxima(totals, maxima)
+    type(totals_t), intent(inout) :: totals
+    type(packed_t), intent(inout) :: maxima
+
+    associate (t => totals, now => totals%now)
+      call maxima%pass_one(now%max_temperature)
+      now%min_temperature = -now%min_temperature
+      call maxima%pass_one(now%min_temperature)
+      now%min_temperature = -now%min_temperature
+      call maxima%pass_one(now%max_strain_rate)
+      call maxima%pass_one(now%inertial_ratio)
+      call maxima%pass_one(now%packing)
+      call maxima%pass_one(now%not_finite)
+      call maxima%pass(size(t%max_face_temperature), t%max_face_temperature)
+    end associate
+    call maxima%rewind()
+  end subroutine pass_maxima
 
   !> Balance the energy supplied to the bodies with its stored and dissipated parts.
   subroutine balance_energies(sim, totals)

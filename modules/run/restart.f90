@@ -44,15 +44,14 @@ contains
     logical :: same_ranks
     integer :: plain
 
-    call read_checkpoint(sim%world, path, sim%particles, boxes, of_run%value, of_rank%value, &
-                         same_ranks, error)
+    call read_checkpoint(sim%world, path, sim%particles, boxes, of_run, of_rank, same_ranks, &
+                         error)
     if (error%is_set()) return
     associate (layout => sim%scene%layout)   ! the field of sleeping may change
       plain = layout%n - merge(1, 0, layout%rest > 0)
       if (all(sim%particles%nf /= [plain, plain + 1])) call error%raise(path// &
         ': /particles/state: '//str(sim%particles%nf)//' fields, not '//str(plain))
     end associate
-    of_run%place = '/global'
     call pass_numbers(sim, last, of_run)
     call of_run%finish()
     if (of_run%error%is_set()) call error%raise(path//': '//of_run%error%message)
@@ -60,7 +59,6 @@ contains
     sim%step%last = outcome_t(last(1), last(2))
     sim%particles%warming = last(3)
     call sim%particles%change_fields(sim%scene%layout%n)
-    of_rank%place = '/ranks/local'
     associate (motion => sim%sleepers%motion)
       cubes = motion%box
       time = motion%time

@@ -9,6 +9,7 @@ program test_checkpoint
   use grid_geometry, only: box_t
   use io_checkpoint, only: notes_t, read_checkpoint, read_checkpoint_notes, write_checkpoint
   use io_h5_file, only: h5file_t
+  use io_plausible, only: numbers_t
   use io_samples, only: contents, discard, expect_error, expect_no_error, landmark, &
                         make_particles, put, sample_input
   use mpi_f08, only: mpi_comm_free, mpi_comm_rank, mpi_comm_size, mpi_comm_split
@@ -48,15 +49,16 @@ contains
       boxes(r)%lo = [r, 0, -1]
       boxes(r)%hi = [r, 9, 10*r]
     end do
-    call write_checkpoint(world, path, p, boxes, [1.5_rp, real(world%rank, rp), 0.1_rp], &
-                          [1.0_rp, real(world%rank, rp)], notes, error)
+    call write_checkpoint(world, path, p, boxes, &
+                          numbers_t(value=[1.5_rp, real(world%rank, rp), 0.1_rp]), &
+                          numbers_t(value=[1.0_rp, real(world%rank, rp)]), notes, error)
   end subroutine save
 
   !> A restart on as many ranks gets every bit back.
   subroutine test_same_ranks()
     type(particles_t) :: p, q
     type(box_t), allocatable :: boxes(:)
-    real(rp), allocatable :: global(:), local(:)
+    type(numbers_t) :: global, local
     type(notes_t) :: notes
     type(error_t) :: error
     logical :: same, equal
@@ -69,8 +71,8 @@ contains
     call expect('same ranks', same .and. allocated(boxes))
     if (allocated(boxes)) call expect('boxes', lbound(boxes, 1) == 0 .and. &
                                       all(boxes(world%rank)%hi == [world%rank, 9, 10*world%rank]))
-    call expect('global numbers', all(global == [1.5_rp, 0.0_rp, 0.1_rp]))
-    call expect('local numbers', all(local == [1.0_rp, real(world%rank, rp)]))
+    call expect('global numbers', all(global%value == [1.5_rp, 0.0_rp, 0.1_rp]))
+    call expect('local numbers', all(local%value == [1.0_rp, real(world%rank, rp)]))
     equal = q%nblk == p%nblk .and. q%nf == p%nf
     if (equal .and. p%nblk > 0) then
       equal = all(transfer(p%ps(:, :, :p%nblk), [0_i8]) == transfer(q%ps(:, :, :p%nblk), [0_i8])) &
@@ -91,7 +93,7 @@ contains
   subroutine test_empty()
     type(particles_t) :: p, q
     type(box_t), allocatable :: boxes(:)
-    real(rp), allocatable :: global(:), local(:)
+    type(numbers_t) :: global, local
     type(error_t) :: error
     logical :: same
 
@@ -127,7 +129,7 @@ contains
     type(world_t) :: part
     type(particles_t) :: q
     type(box_t), allocatable :: boxes(:)
-    real(rp), allocatable :: global(:), local(:)
+    type(numbers_t) :: global, local
     type(error_t) :: error
     logical :: same
     real(rp) :: got(4)
@@ -141,11 +143,11 @@ contains
                 (same .eqv. part%size == world%size) .and. (same .eqv. allocated(boxes)))
     got = totals(q)
     call part%sum(got)
-    call part%sum(local)
+    call part%sum(local%value)
     call expect('particles on other ranks', all(abs(got - want) <= 1.0e-12_rp*want))
     call expect('sum of local numbers', &
-                all(nint(local) == [world%size, world%size*(world%size - 1)/2]))
-    call expect('global numbers on other ranks', all(global == [1.5_rp, 0.0_rp, 0.1_rp]))
+                all(nint(local%value) == [world%size, world%size*(world%size - 1)/2]))
+    call expect('global numbers on other ranks', all(global%value == [1.5_rp, 0.0_rp, 0.1_rp]))
     call mpi_comm_free(part%comm)
     call q%free()
   end subroutine expect_subset
@@ -205,7 +207,7 @@ contains
     character(*), intent(in) :: path, word
     type(particles_t) :: q
     type(box_t), allocatable :: boxes(:)
-    real(rp), allocatable :: global(:), local(:)
+    type(numbers_t) :: global, local
     type(error_t) :: error
     logical :: same
 

@@ -260,14 +260,24 @@ class Checkpoint:
         if isinstance(item, h5py.Dataset):
             self.all[path] = item[()]
 
+    def of_run(self, name):
+        """First number of the run called so in the names of the file."""
+        first = 0
+        for line in self.all["names"].decode().splitlines():
+            count, _, found = line.partition(" ")
+            if found == name:
+                return float(self.all["global"][first])
+            first += int(count)
+        raise KeyError(name)
+
     @property
     def step(self):
-        return int(self.all["global"][0])
+        return int(self.of_run("the step"))
 
     @property
     def time(self):
         """[s]"""
-        return float(self.all["global"][1])
+        return self.of_run("the time [s]")
 
     def momentum(self):
         """[N s]"""

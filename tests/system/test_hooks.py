@@ -186,7 +186,7 @@ def test_drag(run, ranks):
     assert state.momentum() == pytest.approx(mass * velocity, rel=1e-9)
     assert history["drag1_work[J]"][-1] == history["body_work[J]"][-1] == pytest.approx(work, rel=1e-9)
     assert history["meter1_steps"][-1] == history["meter2_steps"][-1] == STEPS
-    assert history["meter2_heat[J]"][-1] == pytest.approx(POWER * mass * state.all["global"][5], rel=1e-9)
+    assert history["meter2_heat[J]"][-1] == pytest.approx(POWER * mass * state.of_run("the time of the last conduction step [s]"), rel=1e-9)
     assert np.all(history["meter1_heat[J]"] == 0.0)
 
 
