@@ -8,7 +8,7 @@
 
 The rule (docs/welds.md): library metal of welds; aluminium seizes on the tool of hot work steel, other metals have Coulomb friction of 0.4
 on it up to their shear strength, all metals on the anvil; a steel backing plate behind the film of rough faces under pressure (1000 W/(m2 K) and 1800 more at 1 MPa), an endless
-cold sheet beyond the sides, the centre of the face 0.2 mm below the surface, or less: half the metal below the tip is kept. Cells: 2/5 of the
+cold sheet beyond the sides, a left-hand thread on the pin in sheets above 4 mm, the centre of the face 0.2 mm below the surface, or less: half the metal below the tip is kept. Cells: 2/5 of the
 thickness up to 4 mm, else a quarter, and longer beside the shoulder. Results are means of the last second of a travel of two radii of the shoulder. A variant has other
 cells or another mass scaling, for the numerical error; --set changes one key of the rule. --film (at 1 MPa), --friction (0: the metal
 seizes on the tool) and --travel are recorded in rule.jsonl.
@@ -145,8 +145,10 @@ def text_of(name, variant=None, film=FILM, friction=None, radii=TRAVEL):
         surfaces += "".join(
             f"&SURFACE BODY = '{body}', FACE = '{face}', COEFFICIENT = 1e5, BACKING = 'plate', BACKING_CONDUCTIVITY = {conductivity}"
             f"\n  BACKING_SPECIFIC_HEAT = {heat}, BACKING_DENSITY = {density} /\n" for face in sides)
-    concave = f", CONCAVITY_DEG = {w['concavity']}" if w["concavity"] else ""
-    concave += f", PIN_TIP_RADIUS = {w['tip'] / 2 * MM:.6g}" if w["tip"] else ""
+    details = f", CONCAVITY_DEG = {w['concavity']}" if w["concavity"] else ""
+    if w["thickness"] > 4.0:    # the finest thread that these cells resolve
+        details += f", THREAD_DEPTH = {0.5 * h * MM:.6g}, THREAD_PITCH = {2 * h * MM:.6g}"
+    details += f", PIN_TIP_RADIUS = {w['tip'] / 2 * MM:.6g}" if w["tip"] else ""
     friction = friction_of(name) if friction is None else friction
     law = f"FRICTION = {friction}" if friction else "FRICTION_LAW = 'shear-factor', SHEAR_FACTOR = 1"
     force = f", FORCE = {w['force'] * 1e3:.6g}" if w["force"] else ""
@@ -154,7 +156,7 @@ def text_of(name, variant=None, film=FILM, friction=None, radii=TRAVEL):
 &GRID CELL = {h * MM:.9g}, LOWER = {-4 * h * MM:.9g}, 0, 0, UPPER = {(size_x + 4 * h) * MM:.9g}, {size_y * MM:.9g}, {h * np.ceil((w["thickness"] + 2) / h + 6) * MM:.9g}
   GRADED = 'y', FINE = {(size_y / 2 - fine) * MM:.9g}, {(size_y / 2 + fine) * MM:.9g}, GROWTH = 1.3, LARGEST_CELL = {2 * h * MM:.9g} /
 &TIME END = {plunge / 2 + dwell + travel:.4g}, MASS_SCALING = {scaling:g} /
-{bodies}&TOOL NAME = 'tool', RADIUS = {radius * MM:.6g}, PIN_RADIUS = {w["pin"] / 2 * MM:.6g}, PIN_LENGTH = {w["length"] * MM:.6g}{concave}
+{bodies}&TOOL NAME = 'tool', RADIUS = {radius * MM:.6g}, PIN_RADIUS = {w["pin"] / 2 * MM:.6g}, PIN_LENGTH = {w["length"] * MM:.6g}{details}
   HEIGHT = 8e-3, POSITION = {start * MM:.6g}, {size_y / 2 * MM:.6g}, {(w["thickness"] + w["length"] + above) * MM:.6g}, TILT_DEG = {w["tilt"]}
   {law}
   HEATS = 'rod', CONDUCTIVITY = 25, DENSITY = 7800, SPECIFIC_HEAT = 460, CONTACT_CONDUCTANCE = 2e4 /
