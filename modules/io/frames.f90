@@ -66,17 +66,14 @@ contains
     character(*), intent(in) :: input_text   !! input; that of rank 0 is written
     type(error_t), intent(inout) :: error
     type(h5file_t) :: file
-    real(sp), allocatable :: x(:, :)
     integer :: k
 
-    allocate (x(3, particles%total()))
-    call pack_vector(particles, f_pos, x)
-    call begin_frame(file, world, path, time, step, cell, spacing, names, x, input_text, error)
+    call begin_frame(file, world, path, time, step, cell, spacing, names, &
+                     vector_of(particles, f_pos), input_text, error)
     call write_metadata(file, 'unit of Points: m', 1)
     call write_point_data(file, particles, made_of)
     if (origin > 0) then
-      call pack_vector(particles, origin, x)
-      call write_array(file, point_data//'initial_position', x)
+      call write_array(file, point_data//'initial_position', vector_of(particles, origin))
       call write_attribute(file, point_data//'initial_position', 'units', 'm')
     end if
     do k = 1, size(extra_names)
@@ -174,17 +171,14 @@ contains
     type(h5file_t), intent(inout) :: file
     type(particles_t), intent(in) :: particles
     integer, intent(in) :: made_of(:)        !! material of each body
-    character(14), parameter :: name(6) = [character(14) :: 'temperature', 'plastic_strain', &
-      'strain_rate', 'flow_stress', 'pressure', 'von_mises']
-    character(3), parameter :: unit(6) = [character(3) :: 'K', '1', '1/s', 'Pa', 'Pa', 'Pa']
-    real(sp), allocatable :: scalar(:, :), stress(:, :), velocity(:, :)
+    real(sp), allocatable :: mises(:), pressure(:), stress(:, :), velocity(:, :)
     integer, allocatable :: body(:)
     integer(i8), allocatable :: id(:)
     real(rp) :: mean, t(6), v(nlane, 3)
-    integer :: b, i, k, n
+    integer :: b, i, n
 
     n = particles%total()
-    allocate (scalar(n, 6), stress(6, n), velocity(3, n), body(n), id(n))
+    allocate (mises(n), pressure(n), stress(6, n), velocity(3, n), body(n), id(n))
     n = 0
     do b = 1, particles%nblk
       v = particles%velocity(b)
@@ -195,17 +189,20 @@ contains
           stress(:, n) = real(t/ps(f_jac), sp)
           mean = sum(t(1:3))/3.0_rp
           t(1:3) = t(1:3) - mean
-          scalar(n, :) = real([ps(f_temp), ps(f_plastic), ps(f_rate), ps(f_flow), -mean/ps(f_jac), &
-            sqrt(1.5_rp*(sum(t(1:3)**2) + 2.0_rp*sum(t(4:6)**2)))/ps(f_jac)], sp)
+          pressure(n) = real(-mean/ps(f_jac), sp)
+          mises(n) = real(sqrt(1.5_rp*(sum(t(1:3)**2) + 2.0_rp*sum(t(4:6)**2)))/ps(f_jac), sp)
         end associate
         velocity(:, n) = real(v(i, :), sp)
         body(n) = particles%body(b)
         id(n) = tag_id(particles%tag(i, b))
       end do
     end do
-    do k = 1, size(name)
-      call write_scalar(file, trim(name(k)), trim(unit(k)), scalar(:, k))
-    end do
+    call write_scalar(file, 'temperature', 'K', field_of(particles, f_temp))
+    call write_scalar(file, 'plastic_strain', '1', field_of(particles, f_plastic))
+    call write_scalar(file, 'strain_rate', '1/s', field_of(particles, f_rate))
+    call write_scalar(file, 'flow_stress', 'Pa', field_of(particles, f_flow))
+    call write_scalar(file, 'pressure', 'Pa', pressure)
+    call write_scalar(file, 'von_mises', 'Pa', mises)
     call write_array(file, point_data//'stress', stress)
     call describe(file, 'stress', 'Pa')
     call write_array(file, point_data//'velocity', velocity)
@@ -236,22 +233,34 @@ contains
     call describe(file, name, units)
   end subroutine write_scalar
 
-  !> Pack three fields as a vector.
-  subroutine pack_vector(particles, field, v)
+  !> A field of all particles.
+  pure function field_of(particles, field) result(v)
     type(particles_t), intent(in) :: particles
     integer, intent(in) :: field
-    real(sp), intent(out) :: v(:, :)
-    integer :: b, k, m, n
+    real(sp), allocatable :: v(:)
+    integer :: b, m, n
 
+    allocate (v(particles%total()))
     n = 0
     do b = 1, particles%nblk
       m = particles%count(b)
-      do k = 1, 3
-        v(k, n + 1:n + m) = real(particles%ps(1:m, field + k - 1, b), sp)
-      end do
+      v(n + 1:n + m) = real(particles%ps(1:m, field, b), sp)
       n = n + m
     end do
-  end subroutine pack_vector
+  end function field_of
+
+  !> A vector of all particles, of three fields from `field` on.
+  pure function vector_of(particles, field) result(v)
+    type(particles_t), intent(in) :: particles
+    integer, intent(in) :: field
+    real(sp), allocatable :: v(:, :)
+    integer :: k
+
+    allocate (v(3, particles%total()))
+    do k = 1, 3
+      v(k, :) = field_of(particles, field + k - 1)
+    end do
+  end function vector_of
 
   !> Write directory/name.hdf.series with the existing frames directory/name_000000.hdf, ..., if
   !> any.

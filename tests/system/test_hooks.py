@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""The hook and the volume of heat of CONTRIBUTING.md, built as they stand there, a hook that uses what that does not, a law and a shape.
+"""The hook and the volume of heat of CONTRIBUTING.md, built as they stand there, a hook that uses what that does not, a law,
+a shape and a field in the frames.
 Links the new files with the libraries of the build, which is what the recipes' lines in CMakeLists.txt do."""
 
 import math
@@ -116,7 +117,10 @@ def recipes():
     source = (driver.ROOT / "modules/hooks/source.f90").read_text(encoding="utf-8")
     law, laws = renamed("physics", "law", "norton", LAW)
     shape, shapes = renamed("tools", "shape", "sphere", SHAPE)
-    return {("physics", "law_twin"): law, ("physics", "laws"): laws, ("tools", "shape_twin"): shape, ("tools", "shapes"): shapes,
+    frames = (driver.ROOT / "modules/io/frames.f90").read_text(encoding="utf-8")
+    frames = frames.replace("    call write_scalar(file, 'pressure'",
+                            "    call write_scalar(file, 'abscissa', 'm', field_of(particles, f_pos))\n    call write_scalar(file, 'pressure'")
+    return {("io", "frames"): frames, ("physics", "law_twin"): law, ("physics", "laws"): laws, ("tools", "shape_twin"): shape, ("tools", "shapes"): shapes,
             ("heat", "gauss"): gauss, ("heat", "volumes"): volumes, ("hooks", "source"): source, ("hooks", "drag"): drag,
             ("hooks", "meter"): METER, ("hooks", "list"): hooks}
 
@@ -188,6 +192,12 @@ def test_drag(run, ranks):
     assert history["meter1_steps"][-1] == history["meter2_steps"][-1] == STEPS
     assert history["meter2_heat[J]"][-1] == pytest.approx(POWER * mass * state.of_run("the time of the last conduction step [s]"), rel=1e-9)
     assert np.all(history["meter1_heat[J]"] == 0.0)
+
+
+def test_field(run):
+    """Exact: a field in the frames by the recipe, the coordinate along x, has its unit and equals that of the points."""
+    data, units, _ = driver.read_frame(run(sets={"OUTPUT.FRAME_INTERVAL": STEP * STEPS}).path("_000001.hdf"))
+    assert units["abscissa"] == "m" and np.ptp(data["abscissa"]) > 0.0 and np.array_equal(data["abscissa"], data["x"][:, 0])
 
 
 def test_restart(run):
