@@ -11,7 +11,7 @@ module output_checkpoint
   use simulation_nodes, only: gather_light, n_light
   use simulation_parts, only: simulation_t
   use simulation_probes, only: share_probes
-  use simulation_run, only: n_sums
+  use simulation_run, only: n_sums, sum_of
   use simulation_scene, only: output_t, scene_t
   use sleep_motion, only: edge
   use tools_monitor, only: n_monitor
@@ -255,7 +255,9 @@ contains
     integer :: k
 
     associate (b => sim%budget)
-      call numbers%pass(n_sums, b%sums, 'an energy of the balance [J]')
+      do k = 1, n_sums
+        call numbers%pass_one(b%sums(k), trim(sum_of(k)%name)//' ['//trim(sum_of(k)%unit)//']')
+      end do
       call numbers%pass_one(b%failed_returns, 'the number of failed returns', 0.0_rp, &
                             real(huge(1), rp))
       call numbers%pass(size(b%warnings), b%warnings, 'the number of warnings', 0.0_rp)

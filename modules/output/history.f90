@@ -14,7 +14,7 @@ module output_history
   use output_totals, only: zero_totals, sum_totals, totals_t
   use simulation_parts, only: simulation_t
   use simulation_run, only: d_elastic, d_heat, d_kinetic, d_mass, e_body, e_film, e_plastic, &
-                            e_scaling, e_sleep, e_source, e_wall, e_wall_heat
+                            e_scaling, e_sleep, e_source, e_wall, e_wall_heat, sum_of
   use simulation_scene, only: scene_t
   use tools_heat_sink, only: backing_t
   use tools_tool, only: n_tool_sums, s_area, s_excess_speed, s_face_temperature, s_force, &
@@ -108,7 +108,7 @@ contains
     end do
     call add_micro_columns(sim%scene, micro, row)
     call row%add('mass_scaling', '', sim%clock%mass_scaling)
-    call row%add('scaling_work', 'J', totals%budget(e_scaling))
+    call add_sums(totals, [e_scaling], row)
   end subroutine add_columns
 
   !> Add time, energies and extremes. The heat content is 0 unless the specific heat of every
@@ -124,19 +124,17 @@ contains
       call row%add('dt', 's', sim%clock%dt)
       call row%add('kinetic', 'J', now%kinetic)
       call row%add('elastic', 'J', now%elastic)
-      call row%add('plastic_work', 'J', budget(e_plastic))
+      call add_sums(totals, [e_plastic], row)
       call row%add('tool_work', 'J', t%work)
-      call row%add('body_work', 'J', budget(e_body))
-      call row%add('wall_work', 'J', budget(e_wall))
+      call add_sums(totals, [e_body, e_wall], row)
       call row%add('friction_heat', 'J', t%friction_heat)
       call row%add('contact_loss', 'J', t%contact)
       call row%add('numerical_loss', 'J', t%loss)
-      call row%add('sleep_loss', 'J', budget(e_sleep))
-      call row%add('debris_mass', 'kg', budget(d_mass))
+      call add_sums(totals, [e_sleep, d_mass], row)
       call row%add('debris_energy', 'J', budget(d_kinetic) + budget(d_elastic))
-      call row%add('debris_heat', 'J', budget(d_heat))
+      call add_sums(totals, [d_heat], row)
       call row%add('audit_error', '%', t%audit_error)
-      call row%add('film_loss', 'J', budget(e_film))
+      call add_sums(totals, [e_film], row)
       call row%add('heat_content', 'J', merge(now%heat, 0.0_rp, &
                                               all(sim%scene%material%has_heat_capacity)))
       call row%add('temperature_max', 'K', now%max_temperature)
@@ -148,11 +146,24 @@ contains
       call row%add('inertial_force', 'N', sim%history%row_inertia%of_inertia(1))
       call row%add('inertial_power', 'W', sim%history%row_inertia%of_inertia(2))
       call row%add('friction_heat_to_bodies', 'J', t%to_bodies)
-      call row%add('wall_heat', 'J', budget(e_wall_heat))
-      call row%add('source_heat', 'J', budget(e_source))
+      call add_sums(totals, [e_wall_heat, e_source], row)
       call row%add('conduction_error', '%', t%conduction_error)
     end associate
   end subroutine add_common
+
+  !> Add sums over the steps, under their names.
+  subroutine add_sums(totals, indices, row)
+    type(totals_t), intent(in) :: totals
+    integer, intent(in) :: indices(:)
+    type(row_t), intent(inout) :: row
+    integer :: k
+
+    do k = 1, size(indices)
+      associate (it => sum_of(indices(k)))
+        call row%add(trim(it%name), trim(it%unit), totals%budget(indices(k)))
+      end associate
+    end do
+  end subroutine add_sums
 
   !> Add the columns of a tool: means of force, torque, powers and speeds since the last row, the
   !> share of its friction in the heat of friction and plastic work since the last row (0 without
