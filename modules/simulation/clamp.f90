@@ -9,7 +9,7 @@ module simulation_clamp
   implicit none (type, external)
   private
 
-  public :: clamp_t
+  public :: add_box_keys, clamp_t
 
   type :: clamp_t
     integer :: place = 0                  !! index among the conditions of the scene

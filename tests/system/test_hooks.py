@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""The hook and the volume of heat of CONTRIBUTING.md, built as they stand there, a hook that uses what that does not, a law,
-a shape and a field in the frames.
+"""The hook and the volume of heat of CONTRIBUTING.md, built as they stand there, a hook that uses what that does not, and by the other
+recipes a law, a shape, a condition on nodes, a known field, a column of the history and a field in the frames.
 Links the new files with the libraries of the build, which is what the recipes' lines in CMakeLists.txt do."""
 
 import math
@@ -83,6 +83,48 @@ contains
 end module hooks_meter
 """
 
+# Shakes nodes along x.
+SHAKER = """
+module simulation_shaker
+  use base_kinds, only: rp
+  use input_key_table, only: key_table_t
+  use input_values, only: input_t
+  use simulation_clamp, only: add_box_keys, clamp_t
+  implicit none (type, external)
+  private
+  public :: shaker_t
+  type, extends(clamp_t) :: shaker_t
+    real(rp) :: speed = 0.0_rp, rate = 0.0_rp
+  contains
+    procedure, nopass :: add_keys
+    procedure :: read_keys, velocity_at
+  end type shaker_t
+contains
+  subroutine add_keys(t)
+    type(key_table_t), intent(inout) :: t
+    call t%group('SHAKER', 'repeat', 'For a test.')
+    call add_box_keys(t)
+    call t%key('SPEED', 'real', 1, 'm/s', 'required', '', 'amplitude of the velocity')
+    call t%key('RATE', 'real', 1, 'rad/s', 'required', '', 'angular frequency')
+  end subroutine add_keys
+  subroutine read_keys(self, input, i)
+    class(shaker_t), intent(inout) :: self
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    call self%read_box(input, 'SHAKER', i)
+    self%speed = input%real('SHAKER', i, 'SPEED')
+    self%rate = input%real('SHAKER', i, 'RATE')
+    self%is_uniform = .false.
+  end subroutine read_keys
+  pure function velocity_at(self, x, t) result(v)
+    class(shaker_t), intent(in) :: self
+    real(rp), intent(in) :: x(3), t
+    real(rp) :: v(3)
+    v = [self%speed*sin(self%rate*t), 0.0_rp*x(2:)]
+  end function velocity_at
+end module simulation_shaker
+"""
+
 # The longest names that fit into the lists of laws and shapes.
 LAW, SHAPE = "creep-of-a-name-of-32-characters", "ball" + 28 * "s"
 
@@ -105,29 +147,53 @@ SCENE = f"""
 def recipes():
     """Files in the order in which they compile, by layer and name: the Fortran blocks of the recipes, and the lists with the lines that
     they ask for, also for the other hook."""
-    text = (driver.ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    drag, gauss = re.findall(r"^```fortran\n(.*?)^```", text, re.M | re.S)
-    hooks, volumes = ((driver.ROOT / f"modules/{name}.f90").read_text(encoding="utf-8") for name in ("hooks/list", "heat/volumes"))
-    for name in ("drag", "meter"):
-        hooks = hooks.replace("  use hooks_source,", f"  use hooks_{name}, only: {name}_t\n  use hooks_source,")
-        hooks = hooks.replace("    call add('SOURCE'", f"    call add('{name.upper()}', {name}_t())\n    call add('SOURCE'")
-    volumes = volumes.replace("  use heat_volume,", "  use heat_gauss, only: gauss_t\n  use heat_volume,")
-    volumes = volumes.replace("volume_names(1) = [character(32) :: 'ball'", "volume_names(2) = [character(32) :: 'ball', 'gauss'")
-    volumes = volumes.replace("    case default;", "    case ('gauss'); allocate (gauss_t :: volume)\n    case default;")
-    source = (driver.ROOT / "modules/hooks/source.f90").read_text(encoding="utf-8")
+    drag, gauss = re.findall(r"^```fortran\n(.*?)^```", (driver.ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8"), re.M | re.S)
+    hooks = [before("    call add('SOURCE'", f"    call add('{name.upper()}', {name}_t())") for name in ("drag", "meter")]
+    hooks += [before("  use hooks_source,", f"  use hooks_{name}, only: {name}_t") for name in ("drag", "meter")]
     law, laws = renamed("physics", "law", "norton", LAW)
     shape, shapes = renamed("tools", "shape", "sphere", SHAPE)
-    frames = (driver.ROOT / "modules/io/frames.f90").read_text(encoding="utf-8")
-    frames = frames.replace("    call write_scalar(file, 'pressure'",
-                            "    call write_scalar(file, 'abscissa', 'm', field_of(particles, f_pos))\n    call write_scalar(file, 'pressure'")
-    return {("io", "frames"): frames, ("physics", "law_twin"): law, ("physics", "laws"): laws, ("tools", "shape_twin"): shape, ("tools", "shapes"): shapes,
-            ("heat", "gauss"): gauss, ("heat", "volumes"): volumes, ("hooks", "source"): source, ("hooks", "drag"): drag,
-            ("hooks", "meter"): METER, ("hooks", "list"): hooks}
+    fields = source("setup/fields")
+    maker = re.search(r"  !> Expanding ring\..*?end function ring\n", fields, re.S)[0]
+    return {("physics", "law_twin"): law, ("physics", "laws"): laws, ("tools", "shape_twin"): shape, ("tools", "shapes"): shapes,
+            ("heat", "gauss"): gauss,
+            ("heat", "volumes"): source("heat/volumes", before("  use heat_volume,", "  use heat_gauss, only: gauss_t"),
+                                        ("volume_names(1) = [character(32) :: 'ball'", "volume_names(2) = [character(32) :: 'ball', 'gauss'"),
+                                        before("    case default;", "    case ('gauss'); allocate (gauss_t :: volume)")),
+            ("simulation", "shaker"): SHAKER,
+            ("simulation", "conditions"): source("simulation/conditions", ("clamp_groups(1)", "clamp_groups(2)"), (":: 'CLAMP'", ":: 'CLAMP', 'SHAKER'"),
+                                                 before("  implicit none", "  use simulation_shaker, only: shaker_t"),
+                                                 before("    case default", "    case ('SHAKER'); allocate (clamp, source=shaker_t())")),
+            ("setup", "boundary"): source("setup/boundary"), ("setup", "heat_scene"): source("setup/heat_scene"),
+            ("physics", "field_twin"): re.sub(r"ring_t|field_ring", lambda word: word[0].replace("ring", "twin"), source("physics/field_ring")),
+            ("setup", "keys_body"): source("setup/keys_body", ("vortex ring mode", "vortex ring twin mode"), ("or ring", "or ring or twin")),
+            ("setup", "fields"): source("setup/fields", before("  use physics_field_vortex,", "  use physics_field_twin, only: twin_t"),
+                                        before("      case default", "      case ('twin'); allocate (field, source=twin(input, i, material))"),
+                                        before("end module", re.sub(r"\bring(?=[%(_\n])", "twin", maker))),
+            ("io", "frames"): source("io/frames", before("    call write_scalar(file, 'pressure'",
+                                                         "    call write_scalar(file, 'abscissa', 'm', field_of(particles, f_pos))")),
+            ("output", "history"): source("output/history", before("      call row%add('kinetic',",
+                                                                   "      call row%add('momentum_x', 'Ns', now%motion(1))")),
+            ("hooks", "source"): source("hooks/source"), ("hooks", "drag"): drag, ("hooks", "meter"): METER,
+            ("hooks", "list"): source("hooks/list", *hooks)}
+
+
+def source(name, *changes):
+    """A file of the program with pairs of texts (old, new) exchanged."""
+    text = (driver.ROOT / f"modules/{name}.f90").read_text(encoding="utf-8")
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    return text
+
+
+def before(line, new):
+    """The exchange that sets a new line before those that begin so."""
+    return line, new + "\n" + line
 
 
 def renamed(layer, kind, old, name):
     """A law or a shape by the recipes: that of the name `old` with new names of module, type, keys and choice, and the list with both."""
-    one, many = ((driver.ROOT / f"modules/{layer}/{stem}.f90").read_text(encoding="utf-8") for stem in (f"{kind}_{old}", f"{kind}s"))
+    one, many = source(f"{layer}/{kind}_{old}"), source(f"{layer}/{kind}s")
     one = re.sub(rf"(_|\b){old}_t\b", "twin_t", one.replace(f"{layer}_{kind}_{old}", f"{layer}_{kind}_twin"))
     one = re.sub(rf"'{old}'", f"'{name}'", one.replace(f"{old.upper()}_", "TWIN_").replace(f"= {old}'", f"= {name}'"))
     many = many.replace(f"  use {layer}_{kind}_{old},", f"  use {layer}_{kind}_twin, only: twin_t\n  use {layer}_{kind}_{old},")
@@ -253,6 +319,42 @@ def test_names(run, built, tmp_path):
     for name in ("global", "ranks/local", "particles/state"):
         assert np.array_equal(state[0][name], state[1][name])
     assert np.ptp(state[0]["particles/state"]) > 0.0
+
+
+SHAKEN = f"""
+&RUN NAME = 'flight' /
+&GRID CELL = 1e-3, LOWER = -2e-3, -2e-3, -2e-3, UPPER = 6e-3, 6e-3, 6e-3 /
+&TIME DT = {STEP}, END = {STEP * 100} /
+&MATERIAL NAME = 'copper', DENSITY = 8960, YOUNGS_MODULUS = 124e9, POISSON_RATIO = 0.34 /
+&BODY NAME = 'block', MATERIAL = 'copper' /
+&SHAPE BODY = 'block', LOWER = 0, 0, 0, UPPER = 4e-3, 4e-3, 4e-3 /
+&SHAKER LOWER = -1, -1, -1, UPPER = 1, 1, 1, SPEED = 3, RATE = 3e5 /
+&OUTPUT HISTORY_INTERVAL = {STEP * 10} /
+"""
+
+
+@pytest.mark.parametrize("ranks", [None, 2])
+def test_condition(run, tmp_path, ranks):
+    """Exact to rounding: nodes that all move along x as the condition says at the beginning of a step give the momentum [N s], a column of
+    the history by its recipe, and the impulse [N s], whose mean force is a column of the condition."""
+    (tmp_path / "shaken.nml").write_text(SHAKEN, encoding="utf-8")
+    history = run(scene=tmp_path / "shaken.nml", ranks=ranks).history()
+    time, momentum = history["time[s]"], history["momentum_x[Ns]"]
+    scale = 8960 * 64e-9 * 3.0
+    assert momentum[1:] == pytest.approx(scale * np.sin(3e5 * (time[1:] - STEP)), rel=1e-9, abs=1e-9 * scale) and momentum[0] == 0.0
+    assert history["shaker1_force_x[N]"][1:] * np.diff(time) == pytest.approx(np.diff(momentum), rel=1e-6, abs=1e-8 * scale)
+
+
+def test_known_field(run, tmp_path):
+    """Exact: a known field that renames another has its keys and gives its doubles and errors."""
+    text = (driver.ROOT / "tests/system/inputs/ring.nml").read_text(encoding="utf-8")
+    done = []
+    for kind in ("ring", "twin"):
+        (tmp_path / "flight.nml").write_text(text.replace("KIND = 'ring'", f"KIND = '{kind}'"), encoding="utf-8")
+        done.append(run(scene=tmp_path / "flight.nml", folder=kind, sets={"TIME.MAX_STEPS": 5}))
+    states = [one.checkpoint().all["particles/state"] for one in done]
+    assert np.array_equal(*states) and np.ptp(states[0]) > 0.0
+    assert len({one.path("_errors.csv").read_bytes() for one in done}) == 1
 
 
 @pytest.mark.parametrize("sets, message", [({"DRAG.RATE": -1}, "&DRAG RATE = -1: must be >= 0"),

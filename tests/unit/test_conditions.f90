@@ -64,7 +64,7 @@ contains
     call expect(group//': components', all(clamp%held .eqv. [.true., .false., .true.]))
   end subroutine read_sample
 
-  !> One velocity everywhere and always if it is even; it moves.
+  !> One velocity everywhere and always if it is uniform; it moves.
   subroutine test_velocity(group, clamp)
     character(*), intent(in) :: group
     class(clamp_t), intent(in) :: clamp
