@@ -19,6 +19,7 @@ module front_prepare
   use setup_check_process, only: check_process
   use setup_check_restart, only: compare_files, compare_scenes
   use setup_check_sense, only: check_necking, check_sense
+  use setup_check_sheets, only: check_sheets
   use setup_fields, only: add_noise
   use setup_filling, only: count_particles, fill_bodies, load_bodies, stretch_bodies, &
                            update_probe_temperatures
@@ -159,6 +160,7 @@ contains
     call check_sense(input, sim%scene, sim%tool)
     if (.not. sim%scene%method%has_mechanics) return
     call check_necking(input, sim%scene)
+    call check_sheets(input, sim%scene, sim%tool)
     call check_process(input, sim%scene, sim%tool)
     allocate (counts(size(sim%scene%body)), shares(size(sim%scene%body)))
     call count_particles(world, input, sim%scene, counts, shares)
