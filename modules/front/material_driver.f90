@@ -236,7 +236,7 @@ contains
     type(material_t) :: mat
     type(stress_sums_t) :: sums
     type(point_t) :: point
-    real(rp), dimension(nlane) :: j, alpha, temp, rate, flow, mass
+    real(rp), dimension(nlane) :: j, alpha, temp, rate, flow, mass, t_begin
     real(rp) :: l(nlane, 9), b(nlane, 6), tau(nlane, 6), state(nlane, material%flow%n_state), x, dt
     integer :: k, part, parts, rows
 
@@ -261,8 +261,9 @@ contains
     state = spread(point%state, 1, nlane)
     do k = 1, rows
       do part = 1, parts
-        call advance_stress(mat, nlane, dt, l, temp, mass, b, j, alpha, temp, tau, rate, flow, &
-                            mat%flow%n_state, state, sums)
+        t_begin = temp
+        call advance_stress(mat, nlane, dt, l, t_begin, mass, b, j, alpha, temp, tau, rate, &
+                            flow, mat%flow%n_state, state, sums)
         call mat%flow%anneal(dt, temp, rate, state)
         point = point_t(alpha(1), temp(1), rate(1), flow(1), state(1, :))
         call checker%inspect(mat, ((k - 1)*parts + part)*dt, point, sums%failed)
