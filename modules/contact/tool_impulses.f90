@@ -40,7 +40,8 @@ module contact_tool_impulses
   use simulation_parts, only: simulation_t
   use simulation_tool_lists, only: add_values, m_touching, m_last_impulse, m_pushed, n_both, &
                                    n_masses, n_values, load_return, v_transition, v_coulomb, &
-                                   v_stick, v_normal, v_max_friction
+                                   v_directed, v_limit, v_wanted, v_stick, v_normal, &
+                                   v_max_friction
   use tools_law, only: friction_law_t, of_slip
   use tools_tool, only: rigid_t, tool_t
   implicit none (type, external)
@@ -249,6 +250,10 @@ contains
           values(v_coulomb) = t%coulomb_impulse
           values(v_max_friction) = t%max_friction
           values(v_transition) = t%transition
+          values(v_limit) = min(t%coulomb_impulse, t%max_friction)
+          values(v_wanted) = min(values(v_limit), norm2(t%stick_impulse))
+          values(v_directed:v_directed + 2) = values(v_wanted)*t%stick_impulse &
+            /max(tiny(1.0_rp), norm2(t%stick_impulse))
           call add_values(t%entry, t%weight, values, contact%width, contact%n_nodes, contact%values)
         end associate
       end do
@@ -288,7 +293,8 @@ contains
     do e = 1, sim%contact%n_nodes
       sim%contact%coulomb_unused(e) = 0.0_rp
       associate (values => sim%contact%values(:, e))
-        if (values(v_coulomb) > 0.0_rp) sim%contact%coulomb_unused(e) = max(0.0_rp, 1.0_rp &
+        if (values(v_coulomb) > 0.0_rp) sim%contact%coulomb_unused(e) = max(0.0_rp, &
+          directed_share(values) &
           - sim%contact%friction_fraction(e)*norm2(values(v_stick:v_stick + 2))/values(v_coulomb))
       end associate
     end do
@@ -299,10 +305,24 @@ contains
   pure real(rp) function friction_fraction_of(law, values)
     type(friction_law_t), intent(in) :: law
     real(rp), intent(in) :: values(n_values)
+    real(rp) :: part
 
-    friction_fraction_of = law%friction(values(v_stick:v_stick + 2), values(v_coulomb), &
-                                 values(v_max_friction), values(v_transition))
+    part = directed_share(values)
+    friction_fraction_of = law%friction(values(v_stick:v_stick + 2), part*values(v_coulomb), &
+                                 part*values(v_max_friction), part*values(v_transition))
   end function friction_fraction_of
+
+  !> Share of the limit of friction of a node that remains if the friction of each particle has the
+  !> direction of its own slip. Around the axis of a tool that spins it is less than 1. With 1 the
+  !> arm of the torque would be too long: the nodes of a particle are on the average farther from
+  !> the axis.
+  pure real(rp) function directed_share(values)
+    real(rp), intent(in) :: values(:)
+
+    directed_share = 1.0_rp
+    if (values(v_limit) > 0.0_rp) directed_share = max(0.0_rp, 1.0_rp &
+      - (values(v_wanted) - norm2(values(v_directed:v_directed + 2)))/values(v_limit))
+  end function directed_share
 
   !> Store the contact history of the particles: the unused Coulomb friction, which decays with the
   !> relaxation time, or, for a law that uses the mean pressure, the mean Coulomb force; and the

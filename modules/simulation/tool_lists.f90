@@ -16,8 +16,11 @@ module simulation_tool_lists
     v_coulomb = 7, &       !! Coulomb limit of friction, of this step and kept from earlier ones [N
                            !! s]
     v_max_friction = 8, &  !! largest friction, by strength and law [N s]
-    v_transition = 9       !! friction at which the law changes its form [N s]
-  integer, parameter, public :: n_values = 9
+    v_transition = 9, &    !! friction at which the law changes its form [N s]
+    v_limit = 10, &        !! limits of friction of the particles [N s]
+    v_wanted = 11, &       !! parts of these limits that would stop the slip [N s]
+    v_directed = 12        !! these parts along the slip of each particle, 3 components
+  integer, parameter, public :: n_values = 14
   integer, parameter, public :: n_both = 2*n_values   !! both sides, the second for nodes behind
                                                       !! planes with `has_separate_sides`
 

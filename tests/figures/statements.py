@@ -342,6 +342,8 @@ DEFINITIONS = (
     ("docs/verification.md", '| null modes that a filter of high order amplifies | energy at most 1.02 of the first swing, orders 2 to 10 | `test_scheme.py::test_fmpm_with_one_particle_along_an_axis` |', ASKED),
     ("docs/method.md", "at least 56 % of the shear stiffness, of two cells with two layers each 88 %", FORMULA),
     ("docs/choosing.md", "n^2/(n^2 - 1) times that of a beam, 1.13 with three, 1.03 with six", FORMULA),
+    ("docs/method.md", "average $s^2/(2 r)$ farther from the axis, which adds $3 s^2/(2 R^2)$ to the torque, 2.3 % with B-splines ($s^2 = h^2/4$)", FORMULA),
+    ("docs/method.md", "a lattice that is not round add 1.6 % there", FORMULA),
     ("docs/method.md", "with z = 0.3 kappa dt/spacing^2", KEY),
     ("docs/method.md", "an elastic rod of eight cells would be 3 % too stiff", ABLATION),
     ("docs/method.md", "stretched elastically to 0.9 of the distance", KEY),

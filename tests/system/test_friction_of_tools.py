@@ -90,3 +90,26 @@ def test_column_under_a_tool_rests(run, tmp_path, scheme, shape):
     print(scheme, shape, "force over the exact one", force.min() / exact, force.max() / exact)
     assert force == pytest.approx(exact, rel=5e-3)
     assert history["kinetic[J]"][late].max() < 1e-4 * history["elastic[J]"][late].min()
+
+
+@pytest.mark.parametrize("shape", ["ugimp", "bspline"])
+def test_torque_of_a_disc_that_slips(run, tmp_path, shape):
+    """Exact: 2/3 mu N R under even pressure, to 0.8 % with 4 cells over the radius (2.7 % too large when the friction of a node
+    had the sum of the magnitudes of its particles)."""
+    scene = tmp_path / "disc.nml"
+    scene.write_text(f"""&GRID CELL=1.5e-3, LOWER=-9e-3,-9e-3,0, UPPER=9e-3,9e-3,9e-3 /
+&TIME END=0.5e-3, MASS_SCALING=100 /
+&METHOD PIC_FRACTION=0.02, SHAPE='{shape}' /
+{METAL}0 /
+&BODY NAME='b', MATERIAL='m', LATTICE='round' /
+&SHAPE BODY='b', KIND='cylinder', RADIUS=6e-3, LENGTH=6e-3, CENTRE=0,0,3e-3 /
+&TOOL NAME='t', RADIUS=8e-3, POSITION=0,0,6e-3, FRICTION=0.3 /
+&MOTION TOOL='t', VELOCITY=0,0,-0.02, SPIN_RPM=1000, RAMP=2e-4 /
+&WALL SIDE='zmin', KIND='fixed' /
+&OUTPUT HISTORY_INTERVAL=2e-6 /
+""")
+    history = run(scene, "--quiet").results("disc").history()
+    late = history["time[s]"] > 0.3e-3
+    torque, force = np.abs(history["t_torque[Nm]"][late]).sum(), history["t_force_z[N]"][late].sum()
+    print(shape, "torque over 2/3 mu N R", torque / (2.0 / 3.0 * 0.3 * force * 6e-3))
+    assert torque == pytest.approx(2.0 / 3.0 * 0.3 * force * 6e-3, rel=8e-3)
