@@ -82,7 +82,7 @@ def draw(run: Run, time: float, name: str):
         view = maps.View(frame, low, high, f"t = {look.seconds(frame.time)},  x = {BODIES[name] * look.MM:.0f} mm", mesh, axis=0)
         return maps.body_map(maps.section(view, frame.points(), BODIES[name], run.spacing), "cross")
     norm = maps.temperature_norm(run.frames)
-    return views.plate_picture(frame, surface.metal(run, frame, ["temperature"]), run.tools(frame), "temperature",
+    return views.plate_picture(frame, surface.metal(run, frame, ["temperature"]), run.tool_mesh(frame), "temperature",
                                "temperature [K]", norm, look.TEMPERATURE)
 
 

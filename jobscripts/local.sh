@@ -8,8 +8,7 @@ build=$root/build/release
 venv=$root/build/venv
 logs=$root/build/log
 packages=(ca-certificates cmake make gcc gfortran pkg-config libopenmpi-dev openmpi-bin
-          libhdf5-openmpi-dev libfftw3-dev libpetsc-real-dev
-          libosmesa6) # pictures without a display
+          libhdf5-openmpi-dev libfftw3-dev libpetsc-real-dev)
 python_packages=(python3 python3-venv)
 python=
 
@@ -147,8 +146,9 @@ make_venv() {
   if ! "$venv/bin/python" -m pip --version >/dev/null 2>&1; then
     logged venv "$python" -m venv --clear "$venv"
   fi
-  logged pip "$venv/bin/python" -m pip install --disable-pip-version-check --prefer-binary \
-    "${more[@]}" -e "$root/postproc"
+  # Modules are compiled when they are used: a quarter of the size is those that are not
+  logged pip "$venv/bin/python" -m pip install --disable-pip-version-check --prefer-binary --no-compile \
+    "${more[@]}" -e "$root/postproc${more:+[all]}"
   cp "$wanted" "$stamp"
 }
 

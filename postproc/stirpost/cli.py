@@ -55,7 +55,7 @@ def run_command(before: str, commands, words: list[str]) -> int:
         sys.stdout.flush()
         return status
     except ModuleNotFoundError as problem:
-        print(f"{before} {words[0]}: this Python lacks {problem.name}: 'pip install ./postproc' brings all it needs, and "
+        print(f"{before} {words[0]}: this Python lacks {problem.name}: 'pip install ./postproc[all]' brings all it needs, and "
               "'bash jobscripts/local.sh python' makes build/venv, which has it", file=sys.stderr)
     except KeyboardInterrupt:
         return 130

@@ -20,6 +20,7 @@ import numpy as np
 
 from . import look
 from .files import write
+from .mesh import Mesh
 from .run import Frame, NoRun, Run
 
 if TYPE_CHECKING:
@@ -63,8 +64,6 @@ class Film:
         from .flow import way_of
         from .tools import tools_of
 
-        if not surface.can_render():
-            raise NoRun(surface.HINT)
         if len(run.frames) < 2:
             raise NoRun(f"{run.directory}: there are not two frames")
         self.way = way_of(run, run.scene, run.frames[-1].time)
@@ -111,14 +110,14 @@ class Film:
         from scipy.spatial import cKDTree
 
         points, values = self.turned(frame.points()), self.values(frame)
-        metal = self.surface.metal(self.run, frame, []).copy()
-        metal.points = self.turned(metal.points)
+        metal = self.surface.metal(self.run, frame, [])
+        metal = metal.at(self.turned(metal.points))
         away, near = cKDTree(points).query(metal.points, k=8)
         weight = np.exp(-((away**2 - away[:, :1] ** 2) / (0.75 * self.run.spacing) ** 2))
-        self.views.coloured(metal, (values[near] * weight).sum(axis=1) / weight.sum(axis=1), self.norm, self.colours)
-        tool = self.run.tools(frame)
+        metal.data["colour"] = self.views.coloured((values[near] * weight).sum(axis=1) / weight.sum(axis=1), self.norm, self.colours)
+        tool = self.run.tool_mesh(frame)
         if tool is not None:
-            tool.points = self.turned(tool.points)
+            tool = tool.at(self.turned(tool.points))
         place = self.way.tool.place(frame.time)
         at = float(self.turned(place[None])[0, 0]) - self.behind
         low, high = self.maps.common_box([points], self.run.spacing)
@@ -128,13 +127,12 @@ class Film:
 
     def pictures(self) -> list[Image]:
         """One of each frame."""
-        import pyvista as pv
         from PIL import Image
 
         parts = [self.parts(frame) for frame in self.frames]
         start = self.turned(self.run.frames[0].points())
         low, high = start.min(axis=0) - 0.5 * self.run.spacing, start.max(axis=0) + 0.5 * self.run.spacing
-        corners = pv.PolyData(np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]))
+        corners = Mesh(np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]), np.empty((0, 3)))
         box = self.views.seen_box(self.eye, corners, *(mesh for metal, tool, _ in parts for mesh in (metal, tool)))
         sides, below, wide = 0.8, 0.5, 7.6
         inches = (wide - sides - look.BAR) / ((box[1] - box[0])[0] * look.MM)
@@ -149,7 +147,7 @@ class Film:
         look.colour_bar(figure, self.norm, self.colours, strip, self.label, "neither" if self.colour == "temperature" else "both")
         found = []
         for frame, (metal, tool, face) in zip(self.frames, parts):
-            shown.set_data(self.views.image(self.eye, box, self.views.FINE * inches * look.MM, metal, tool, face))
+            shown.set_data(self.views.image(self.eye, box, self.views.FINE * inches * look.MM, metal, metal["colour"], tool, face))
             words.set_text(f"t = {look.seconds(frame.time)}")
             figure.canvas.draw()
             found.append(Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3].copy()))

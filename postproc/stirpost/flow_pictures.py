@@ -22,11 +22,10 @@ ORIGIN = ("Spectral", 0.0, 1.0)  # colours of the side that metal came from
 
 def metal_in(flow: Flow, place: np.ndarray):
     """The surface of the metal at the end whose points have been moved as the particles to `place`: a turn, and perhaps a mirror."""
-    mesh = surface.metal(flow.run, flow.frame, maps.fields_of(flow.frame)).copy()
+    mesh = surface.metal(flow.run, flow.frame, maps.fields_of(flow.frame))
     from_, to = (x - x.mean(axis=0) for x in (flow.x, place))
     turn = np.linalg.lstsq(from_, to, rcond=None)[0]
-    mesh.points = (mesh.points - flow.x.mean(axis=0)) @ turn + place.mean(axis=0)
-    return mesh
+    return mesh.at((mesh.points - flow.x.mean(axis=0)) @ turn + place.mean(axis=0))
 
 
 def strain_of(flow: Flow) -> np.ndarray:
@@ -86,7 +85,7 @@ def cavity_picture(flow: Flow):
         at = low[axis] + part * (high[axis] - low[axis])
         view = maps.section(maps.View(flow.frame, bottom, top, "", mesh, axis), flow.x, at, flow.spacing)
         maps.draw_section(panel, view, view.spread(strain), look.STRAIN, norm)
-        tool = maps.tool_cut(flow.run.tools(flow.frame), axis, at)
+        tool = maps.tool_cut(flow.run.tool_mesh(flow.frame), axis, at)
         panel.add_collection(LineCollection([line * look.MM for line in tool], colors=look.INK, linewidths=1.2))
         gu, gz = (np.linspace(low[k] - 1e-4, high[k] + 1e-4, 200) for k in (across, 2))
         x = np.zeros((200 * 200, 3))

@@ -167,9 +167,10 @@ def rendered(figure: Figure) -> bytes:
     engine = figure.get_layout_engine()
     if engine is not None and not isinstance(engine, PlaceHolderLayoutEngine):
         engine.execute(figure)
-        figure.set_layout_engine("none")  # else the layout is sought a second time
+        figure.set_layout_engine("none")
+    figure.set_facecolor("white")
     picture = io.BytesIO()
-    figure.savefig(picture, facecolor="white", pil_kwargs={"compress_level": 1})
+    figure.canvas.print_png(picture, pil_kwargs={"compress_level": 1})  # savefig would draw it twice for its layout
     return picture.getvalue()
 
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-import pyvista as pv
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Colormap, ListedColormap, LogNorm, Normalize
@@ -15,8 +14,10 @@ from matplotlib.patches import Patch
 from scipy.spatial import cKDTree
 
 from . import look, surface
+from .mesh import Mesh, loops, welded
 from .run import Frame, Run
 from .tools import main_tool
+from .views import from_above
 
 FIELDS = ("temperature", "plastic_strain", "grain_size")
 NEIGHBOURS = 16  # particles around a pixel that its value is a mean of
@@ -33,7 +34,7 @@ class View:
     low: np.ndarray  # of the whole scene (3) [m]
     high: np.ndarray
     title: str
-    mesh: pv.PolyData
+    mesh: Mesh
     axis: int = 2  # normal to the picture
     at: float = 0.0  # where the plane is along it [m]
     shape: tuple[int, int] = (0, 0)
@@ -96,7 +97,7 @@ def build_scene(run: Run, frames: list[Frame]) -> Scene:
     for frame, points, place in zip(frames, clouds, places):
         mesh = surface.metal(run, frame, fields_of(frame))
         when = f"t = {look.seconds(frame.time)}"
-        tool = run.tools(frame)
+        tool = run.tool_mesh(frame)
         scene.top.append(View(frame, low, high, when, mesh, tool=[] if tool is None else surface.silhouette(tool)))
         for views, axis, name in ((scene.cross, 0, "x"), (scene.along, 1, "y")):
             title = f"{when},  {name} = {place[axis] * look.MM:.1f} mm"
@@ -113,7 +114,7 @@ def section(view: View, points: np.ndarray, at: float, spacing: float, pixels: i
     size = view.high - view.low
     pixel = size[:2].max() / (pixels or PIXELS)
     columns, rows = (max(8, int(round(size[k] / pixel))) for k in (i, j))
-    view.shape, view.outline = (rows, columns), surface.loops(view.mesh, view.axis, at)
+    view.shape, view.outline = (rows, columns), loops(view.mesh, view.axis, at)
     odd = np.zeros((rows, columns + 1), dtype=np.int64)  # lines crossed from the left
     for line in view.outline:
         count_crossings(odd, (line - view.low[[i, j]]) / (size[[i, j]] / [columns, rows]))
@@ -188,8 +189,9 @@ def hottest_place(x: np.ndarray, temperature: np.ndarray) -> float | None:
     return float(np.median(x[np.argsort(temperature)[-count:]]))
 
 
-def tool_cut(tool: pv.PolyData | None, axis: int, at: float) -> list[np.ndarray]:
-    return [] if tool is None else surface.loops(tool.clean(), axis, at)
+def tool_cut(tool: Mesh | None, axis: int, at: float) -> list[np.ndarray]:
+    """Outlines of the tools in a section."""
+    return [] if tool is None else loops(welded(tool)[0], axis, at)
 
 
 def field_map(views: list[View], kind: str, name: str, label: str, colours: Colormap, norm: Normalize, extend: str = "neither") -> Figure:
@@ -242,7 +244,7 @@ def draw(axis, view: View, name: str, colours: Colormap, norm: Normalize) -> Non
         figure = axis.figure
         corners = axis.get_position().transformed(figure.transFigure).get_points()
         left, bottom, right, top = np.round(corners).astype(int).ravel()
-        picture = surface.from_above(view.mesh, name, norm, colours, view.low, view.high, right - left)
+        picture = from_above(view.mesh, name, norm, colours, view.low, view.high, right - left)
         figure.figimage(picture[::-1], left, bottom, origin="lower", zorder=-1)  # a pixel for a pixel
         axis.patch.set_visible(False)
     else:

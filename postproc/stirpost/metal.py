@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -26,7 +27,8 @@ class Shape:
     groove: float | None
 
 
-def measure(run: Run, frame: Frame, rigid: set[str]) -> Shape | None:
+@lru_cache(maxsize=4)
+def measure(run: Run, frame: Frame, rigid: frozenset[str]) -> Shape | None:
     """The shape in a frame against the first one; None if nothing has moved or there is no metal. `rigid` names
     bodies that are tools."""
     start = run.frames[0]

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import gc
 from pathlib import Path
 
 import numpy as np
@@ -107,6 +108,7 @@ def draw_all(run: Run, output: Path, measured: cooling.Record | None, stirred: f
     """Every picture the run has data for, in the order of the page."""
     from . import flow_pictures
 
+    gc.freeze()  # what the packages hold is not looked through again and again while their figures come and go
     pictures: list[page.Picture] = []
 
     def add(name: str, chapter: str, caption: str, draw, *arguments) -> None:
@@ -138,28 +140,26 @@ def draw_all(run: Run, output: Path, measured: cooling.Record | None, stirred: f
 
 def draw_frames(run: Run, add) -> None:
     """The plate, and top views and sections of temperature, plastic strain and grain size."""
-    from . import maps, surface
+    from . import maps
+    from .views import plate_picture
 
     frames = maps.choose_frames(run.frames)
     scene = maps.build_scene(run, frames)
     along = scene.follows if scene.follows.startswith("the axis") else "its middle"
     views = [
+        ("top", "top", "seen from above"),
         ("cross", "cross_section", f"in the cross-section through {scene.follows}"),
         ("along", "long_section", f"in the section along the plate through {along}"),
     ]
-    if surface.can_render():
-        views.insert(0, ("top", "top", "seen from above"))
-    else:
-        print(f"warning: {surface.HINT}")
     for name, scale, extend, label, caption, chapter in KINDS:
         if not all(name in frame.fields for frame in frames):
             continue
         norm, colours, label = getattr(maps, scale)(frames), colours_of(name), label.format(look.unit_of_temperature())
-        if name == "temperature" and surface.can_render():
+        if name == "temperature":
             for picture, frame in surface_frames(frames):
                 k = frames.index(frame)
                 add(picture, chapter, f"The deformed plate at {look.seconds(frame.time)}, coloured by temperature, and cut along the track.",
-                    surface.views.plate_picture, frame, scene.top[k].mesh, run.tools(frame), name, label, norm, colours, scene.along[k])
+                    plate_picture, frame, scene.top[k].mesh, run.tool_mesh(frame), name, label, norm, colours, scene.along[k])
         for kind, view, where in views:
             add(f"{name}_{view}", chapter, caption.format(where),
                 maps.field_map, getattr(scene, kind), kind, name, label, colours, norm, extend)

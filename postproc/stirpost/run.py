@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Callable, TypeVar
 import numpy as np
 
 from .files import hdf5, text_of, told
+from .mesh import Mesh
 from .scene import Scene
 from .table import Table, more, read_table
 
@@ -108,6 +109,7 @@ class Run:
     def __init__(self, directory: Path | str):
         self.directory = Path(directory)
         self.faults: list[str] = []
+        self._flow: Flow | None = None  # the last one that was asked for
         if not self.directory.is_dir():
             raise NoRun(f"{directory}: no such directory")
         self.name = run_name(self.directory)
@@ -159,8 +161,13 @@ class Run:
         return float(given[body]) if body < len(given) and np.isfinite(given[body]) else self.spacing
 
     def tools(self, frame: Frame) -> pv.PolyData | None:
-        """The surfaces of all tools at the time of a frame, with azimuth [rad], velocity [m/s] and the number of the
-        tool; None if there are none, or their file cannot be read."""
+        """The surfaces of all tools at the time of a frame, with azimuth [rad] and the number of the tool; None if there are none,
+        or their file cannot be read."""
+        mesh = self.tool_mesh(frame)
+        return None if mesh is None else mesh.to_pyvista()
+
+    def tool_mesh(self, frame: Frame) -> Mesh | None:
+        """The same as a mesh of arrays."""
         found = FRAME_NAME.match(frame.path.name)
         path = frame.path.with_name(f"{found['name']}_tools_{found['number']}.hdf") if found else None
         return self.attempt("a tool", tool_surface, path) if path is not None and path.is_file() else None
@@ -178,13 +185,16 @@ class Run:
         """The free surface of all bodies of a frame, with some fields."""
         from .surface import metal
 
-        return metal(self, frame, list(fields))
+        return metal(self, frame, list(fields)).to_pyvista()
 
     def flow(self, time: float | None = None) -> Flow:
         """What the pass did to the metal until the first frame at or after a time [s], or the last one."""
         from .flow import Flow
 
-        return Flow(self, self.at(time))
+        frame = self.at(time)
+        if self._flow is None or self._flow.frame is not frame:
+            self._flow = Flow(self, frame)
+        return self._flow
 
     def tracks(self, groups: list[str] | None = None, until: float | None = None) -> Tracks:
         """Pathlines of tracers, of these &TRACER and until a time [s]."""
@@ -227,18 +237,13 @@ def run_name(directory: Path) -> str:
     return stem
 
 
-def tool_surface(path: Path) -> pv.PolyData:
-    import pyvista as pv
-
+def tool_surface(path: Path) -> Mesh:
     with hdf5(path) as file:
         group = file["VTKHDF"]
         points, corners = group["Points"][...], group["Connectivity"][...].reshape(-1, 3)
         if corners.min() < 0 or corners.max() >= len(points) or not (np.abs(points) <= LONGEST).all():
             raise ValueError("corners without a place")
-        mesh = pv.PolyData.from_regular_faces(points, corners)
-        for name in ("azimuth", "tool"):
-            mesh.point_data[name] = group["PointData"][name][...]
-    return mesh
+        return Mesh(points.astype(float), corners.astype(np.int64), {name: group["PointData"][name][...] for name in ("azimuth", "tool")})
 
 
 def list_frames(directory: Path, name: str, faults: list[str]) -> list[Frame]:

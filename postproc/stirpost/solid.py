@@ -5,14 +5,14 @@ from __future__ import annotations
 
 import base64
 import json
+from collections.abc import Iterable
 from importlib.resources import files
 
 import numpy as np
-import pyvista as pv
 from matplotlib.colors import Colormap, Normalize
-from scipy.spatial import cKDTree
 
 from . import look, surface
+from .mesh import Mesh
 from .run import Frame, Run
 
 MOST_FRAMES = 8
@@ -36,11 +36,9 @@ def pack(run: Run, frames: list[Frame], fields: list[Field]) -> str:
     """What the viewer draws, as JSON."""
     names = [name for name, _, _, _ in fields]
     meshes = coarse_surfaces(run, frames, names)
-    tools = [run.tools(frame) for frame in frames]
-    corners = [np.reshape(mesh.bounds, (3, 2)).T for mesh in (*meshes, *tools) if mesh is not None]
-    low, high = np.min([c[0] for c in corners], axis=0), np.max([c[1] for c in corners], axis=0)
-    metal = [np.min([np.reshape(m.bounds, (3, 2))[:, 0] for m in meshes], axis=0),
-             np.max([np.reshape(m.bounds, (3, 2))[:, 1] for m in meshes], axis=0)]
+    tools = [run.tool_mesh(frame) for frame in frames]
+    low, high = bounds(mesh for mesh in (*meshes, *tools) if mesh is not None)
+    metal = bounds(meshes)
     packed = []
     for frame, mesh, tool in zip(frames, meshes, tools):
         values = {name: text_of(np.clip(np.nan_to_num(np.asarray(norm(look.shown(name, mesh[name])), dtype=float)), 0, 1) * 255, np.uint8)
@@ -53,37 +51,48 @@ def pack(run: Run, frames: list[Frame], fields: list[Field]) -> str:
     shown = [{"name": name, "label": label, "low": f"{norm.vmin:.4g}", "high": f"{norm.vmax:.4g}",
               "colours": (colours(np.linspace(0, 1, 256))[:, :3] * 255).astype(int).ravel().tolist()}
              for name, label, norm, colours in fields]
-    return json.dumps({"low": low.tolist(), "high": high.tolist(), "metal": [m.tolist() for m in metal], "fields": shown,
+    return json.dumps({"low": low.tolist(), "high": high.tolist(), "metal": metal.tolist(), "fields": shown,
                        "frames": packed}, separators=(",", ":"))
 
 
-def coarse_surfaces(run: Run, frames: list[Frame], names: list[str]) -> list[pv.PolyData]:
+def bounds(meshes: Iterable[Mesh]) -> np.ndarray:
+    """Lowest and highest corner of all (2, 3)."""
+    found = np.array([mesh.bounds for mesh in meshes])
+    return np.array([found[:, 0].min(axis=0), found[:, 1].max(axis=0)])
+
+
+def coarse_surfaces(run: Run, frames: list[Frame], names: list[str]) -> list[Mesh]:
     """Surfaces on cubes so large that they have about half the triangles that the view can have: their number goes as the square."""
     coarser, found = 1.0, []
     for frame in frames:
         mesh = surface.metal(run, frame, names, coarser)
-        if not found and mesh.n_cells > 0.6 * MOST_TRIANGLES:
-            coarser = float(np.sqrt(mesh.n_cells / (0.6 * MOST_TRIANGLES)))
+        if not found and len(mesh.corners) > 0.6 * MOST_TRIANGLES:
+            coarser = float(np.sqrt(len(mesh.corners) / (0.6 * MOST_TRIANGLES)))
             mesh = surface.metal(run, frame, names, coarser)
         found.append(thinned(mesh))
     return found
 
 
-def thinned(mesh: pv.PolyData) -> pv.PolyData:
-    """With fewer triangles where there are too many; fields come from the nearest points."""
-    if mesh.n_cells <= MOST_TRIANGLES:
-        return mesh
-    fewer = mesh.decimate_pro(1.0 - MOST_TRIANGLES / mesh.n_cells, preserve_topology=True)
-    near = cKDTree(mesh.points).query(fewer.points)[1]
-    for name in mesh.point_data:
-        fewer.point_data[name] = mesh.point_data[name][near]
+def thinned(mesh: Mesh) -> Mesh:
+    """With fewer triangles where there are too many: points in one cube of a lattice become one."""
+    a, b, c = (mesh.points[mesh.corners[:, k]] for k in range(3))
+    edge = np.sqrt(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / MOST_TRIANGLES)
+    fewer = mesh
+    while len(fewer.corners) > MOST_TRIANGLES:
+        _, number, count = np.unique(np.floor(mesh.points / edge), axis=0, return_inverse=True, return_counts=True)
+        number = number.reshape(-1)
+        corners = number[mesh.corners]
+        apart = (corners != np.roll(corners, 1, axis=1)).all(axis=1)
+        mean = {name: np.bincount(number, values) / count for name, values in mesh.data.items()}
+        points = np.stack([np.bincount(number, mesh.points[:, k]) / count for k in range(3)], axis=1)
+        fewer, edge = Mesh(points, corners[apart], mean), 1.1 * edge
     return fewer
 
 
-def geometry(mesh: pv.PolyData, low: np.ndarray, high: np.ndarray) -> dict[str, str]:
+def geometry(mesh: Mesh, low: np.ndarray, high: np.ndarray) -> dict[str, str]:
     """Points in 65535ths of the box low..high, and corners of the triangles."""
     places = (mesh.points - low) / np.maximum(high - low, 1e-30) * 65535
-    return {"points": text_of(np.round(places).clip(0, 65535), np.uint16), "corners": text_of(mesh.regular_faces, np.uint16)}
+    return {"points": text_of(np.round(places).clip(0, 65535), np.uint16), "corners": text_of(mesh.corners, np.uint16)}
 
 
 def text_of(values, kind) -> str:

@@ -66,7 +66,7 @@ def shape_rows(run: Run) -> Rows:
     tools = tools_of(run.history)
     if run.history is not None and not tools:
         return []
-    shape = metal.measure(run, run.frames[-1], {tool.name for tool in tools})
+    shape = metal.measure(run, run.frames[-1], frozenset(tool.name for tool in tools))
     if shape is None:
         return []
     rows = [
@@ -203,7 +203,7 @@ def measures(run: Run) -> dict[str, float]:
         for column in run.probes.with_unit("K"):
             found[f"{column.name}, peak [K]"] = float(np.nanmax(column.values))
     if run.frames and tool is not None:
-        shape = metal.measure(run, run.frames[-1], {t.name for t in tools_of(history)})
+        shape = metal.measure(run, run.frames[-1], frozenset(t.name for t in tools_of(history)))
         if shape is not None:
             found["flash [mm3]"] = shape.flash_volume * look.MM**3
             if shape.groove is not None:

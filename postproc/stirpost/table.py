@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""CSV histories as pandas frames: columns are found by name, the unit stands in brackets behind the name."""
+"""CSV histories: columns are found by name, the unit stands in brackets behind the name. pandas is imported where a frame is asked for."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -35,23 +36,29 @@ class Units(dict):
 
 
 class Table:
-    """A pandas frame of numbers, `frame`, in the order of the file, and the units of its columns, which the frame has as
-    `frame.attrs["units"]` too. `table[name]` is a column as an array."""
+    """Columns of numbers in the order of the file, and their `units`. `table[name]` is a column as an array, `frame` the table in
+    pandas, with the units in `frame.attrs["units"]`: what is changed there is changed in the table."""
 
     def __init__(self, columns: list[Column]):
+        self.values = {c.name: np.asarray(c.values) for c in columns}
+        self.units = Units({c.name: c.unit for c in columns})
+
+    @cached_property
+    def frame(self) -> pd.DataFrame:
         import pandas as pd
 
-        self.frame = pd.DataFrame({c.name: np.asarray(c.values) for c in columns})
-        self.units = self.frame.attrs["units"] = Units({c.name: c.unit for c in columns})
+        frame = pd.DataFrame(self.values)
+        frame.attrs["units"] = self.units
+        return frame
 
     def __len__(self) -> int:
-        return len(self.frame)
+        return len(next(iter(self.values.values()), ()))
 
     def __contains__(self, name: str) -> bool:
         return name in self.units
 
     def __getitem__(self, name: str) -> np.ndarray:
-        return self.frame[name].to_numpy()
+        return self.frame[name].to_numpy() if "frame" in self.__dict__ else self.values[name]
 
     @property
     def columns(self) -> list[Column]:
@@ -81,20 +88,26 @@ def read_table(path: Path, faults: list[str], needed=("time",)) -> Table | None:
     if not path.exists():
         return None
     try:
-        frame, units = read_frame(path, faults, needed)
+        columns, units = read_columns(path, faults, needed)
     except (OSError, ValueError) as problem:
         faults.append(told(problem))
         return None
-    frame = drop_repeated_times(frame)
-    return Table([Column(name, unit, frame[name].to_numpy()) for name, unit in units.items()]) if len(frame) else None
+    keep = latest(columns["time"])
+    return Table([Column(name, unit, columns[name][keep]) for name, unit in units.items()]) if keep.any() else None
 
 
 def read_frame(path: Path, faults: list[str], needed, words=()) -> tuple[pd.DataFrame, dict[str, str]]:
+    """The same as `read_columns` as a frame of pandas."""
+    import pandas as pd
+
+    columns, units = read_columns(path, faults, needed, words)
+    return pd.DataFrame(columns), units
+
+
+def read_columns(path: Path, faults: list[str], needed, words=()) -> tuple[dict[str, np.ndarray], dict[str, str]]:
     """Columns of numbers, and of `words`, and their units. ValueError without a row or a column that is `needed`. Rows
     of another number of values are left out, values that are no numbers are NaN: each kind is a line in `faults`. A last row
     that is cut short is left out without a word: it is still being written."""
-    import pandas as pd
-
     lines = [(k, x) for k, x in enumerate(text_of(path).splitlines(), 1) if x.strip() and not x.lstrip().startswith("#")]
     if not lines:
         raise ValueError(f"{path}: empty")
@@ -110,14 +123,14 @@ def read_frame(path: Path, faults: list[str], needed, words=()) -> tuple[pd.Data
         faults.append(f"{path}:{broken[0]}: not the {len(names)} values that the heading has" + more(broken, "row"))
     if not rows:
         raise ValueError(f"{path}: no rows yet")
-    text = pd.DataFrame([cells for _, cells in rows], columns=names, dtype=str)
-    frame = text.apply(lambda column: column.str.strip() if column.name in words else parse_numbers(column))
-    bad = np.argwhere(~np.isfinite(frame.drop(columns=words).to_numpy()))
-    if len(bad):
-        row, name = bad[0][0], frame.columns.drop(words)[bad[0][1]]
-        faults.append(f"{path}:{rows[row][0]}: column {names.index(name) + 1}, {name}, is '{text[name][row].strip()[:40]}', no "
+    text = {name: [cells[k].strip() for _, cells in rows] for k, name in enumerate(names)}
+    columns = {name: np.array(cells, dtype=object) if name in words else parse_numbers(cells) for name, cells in text.items()}
+    bad = [(k, name) for name in names if name not in words for k in np.flatnonzero(~np.isfinite(columns[name]))]
+    if bad:
+        row, name = min(bad, key=lambda place: (place[0], names.index(place[1])))
+        faults.append(f"{path}:{rows[row][0]}: column {names.index(name) + 1}, {name}, is '{text[name][row][:40]}', no "
                       "number" + more(bad, "value"))
-    return frame, dict(headings)
+    return columns, dict(headings)
 
 
 def more(found, word: str) -> str:
@@ -132,21 +145,22 @@ def parse_heading(text: str) -> tuple[str, str]:
     return found["name"], (found["unit"] or "").strip()
 
 
-def parse_numbers(column: pd.Series) -> pd.Series:
+def parse_numbers(cells: list[str]) -> np.ndarray:
     """Numbers as C and Fortran write them; all else is no number."""
-    import pandas as pd
-
-    plain = pd.to_numeric(column, errors="coerce")
-    odd = plain.isna()
-    if odd.any():
-        text = column[odd].str.replace(r"[dD]", "E", regex=True).str.replace(BARE_EXPONENT, r"\1E\2", regex=True)
-        plain[odd] = pd.to_numeric(text, errors="coerce")
-    return plain.astype(float)
+    try:
+        return np.array(cells, dtype=float)
+    except ValueError:
+        return np.array([parse_number(cell) for cell in cells])
 
 
-def drop_repeated_times(frame: pd.DataFrame) -> pd.DataFrame:
-    """A restarted run may repeat times: then the later rows count."""
-    time = frame["time"].to_numpy()
+def parse_number(cell: str) -> float:
+    try:
+        return float(re.sub(BARE_EXPONENT, r"\1E\2", re.sub(r"[dD]", "E", cell)).replace("_", "?"))
+    except ValueError:
+        return np.nan
+
+
+def latest(time: np.ndarray) -> np.ndarray:
+    """Which rows count: a restarted run may repeat times, then the later ones."""
     earliest_later = np.fmin.accumulate(time[::-1])[::-1][1:]
-    keep = np.append(~(time[:-1] >= earliest_later), True) & np.isfinite(time)
-    return frame[keep].reset_index(drop=True)
+    return np.append(~(time[:-1] >= earliest_later), True) & np.isfinite(time)

@@ -3,73 +3,48 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import pyvista as pv
 from matplotlib.colors import Colormap, Normalize
 from matplotlib.ticker import MaxNLocator
-from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 
 from . import look
+from .canvas import Canvas, Eye
+from .mesh import Mesh, corner_normals, half, point_normals, sharp_edges, welded
 from .run import Frame
 
-UP = np.array([0.0, 0.0, 1.0])
 FRONT, SIDE, BEHIND = (-0.55, -1.2, 0.9), (-0.35, -1.2, 0.45), (-1.0, -0.55, 0.6)  # from the metal to who looks at it
+METAL, TOOL = (0.3, 0.8), (0.35, 0.65)  # ambient and diffuse light
 SHARP = 30.0  # degrees between faces of a tool: an edge is drawn
-STEEL, STRIPE, STRIPES = (184, 190, 198), (150, 157, 166), 12
+STEEL, STRIPE, INK, STRIPES = (184, 190, 198), (150, 157, 166), (34, 48, 60), 12
 FINE = 130  # pixels an inch
 TOP = 90.0  # percent of the points of the surface are below the top of the plate, or not far above it
-
-
-@dataclass
-class Eye:
-    """A direction to look along; places become lengths to the right and up [m], and depth."""
-
-    towards: tuple[float, float, float]
-
-    def __post_init__(self):
-        back = np.array(self.towards) / np.linalg.norm(self.towards)
-        right = np.cross(UP, back)
-        right /= np.linalg.norm(right)
-        self.axes = np.stack([right, np.cross(back, right), back])
-
-    def sees(self, points: np.ndarray) -> np.ndarray:
-        """(n, 2): to the right and up."""
-        return np.asarray(points) @ self.axes[:2].T
 
 
 ABOVE = Eye((0.0, -1e-6, 1.0))
 
 
-def tool_parts(tool: pv.PolyData) -> tuple[pv.PolyData, pv.PolyData]:
-    """The tool, a surface of revolution in rows of its profile, with stripes that show how it has turned, and its edges."""
-    corners = tool.regular_faces
-    azimuth = tool["azimuth"][corners]
+def stripes_of(tool: Mesh) -> np.ndarray:
+    """A shade (n, 3) for each triangle of the tool, a surface of revolution in rows of its profile: stripes show how it has turned."""
+    azimuth = tool["azimuth"][tool.corners]
     around = np.unique(np.round(tool["azimuth"] % (2.0 * np.pi), 4))
     step = float(np.median(np.diff(around))) if len(around) > 3 else np.pi / 6
     pairs = np.stack([azimuth, np.roll(azimuth, -1, axis=1)])
     between = np.exp(1j * pairs).sum(axis=0)  # a pair of corners that is a step apart is in the middle of a segment
-    apart = np.abs(np.angle(np.exp(1j * (pairs[1] - pairs[0]))))
-    middle = np.angle(between[np.arange(len(corners)), np.abs(apart - step).argmin(axis=1)]) % (2.0 * np.pi)
+    difference = np.abs(np.angle(np.exp(1j * (pairs[1] - pairs[0]))))
+    middle = np.angle(between[np.arange(len(azimuth)), np.abs(difference - step).argmin(axis=1)]) % (2.0 * np.pi)
     segment, count = np.floor(middle / step).astype(int), max(1, round(2.0 * np.pi / step))
-    shade = np.where((segment * STRIPES // count % 2 == 0)[:, None], STEEL, STRIPE)
-    body = pv.PolyData.from_regular_faces(tool.points, corners)
-    body.cell_data["shade"] = shade.astype(np.uint8)
-    smooth = tool.clean(point_merging=True).compute_normals(split_vertices=False, cell_normals=True, point_normals=False)
-    edges = smooth.extract_feature_edges(SHARP, boundary_edges=True, non_manifold_edges=False, manifold_edges=False)
-    return body.compute_normals(split_vertices=True, feature_angle=SHARP, cell_normals=False), edges
+    return np.where((segment * STRIPES // count % 2 == 0)[:, None], STEEL, STRIPE)
 
 
-def coloured(mesh: pv.PolyData, values: np.ndarray, norm: Normalize, colours: Colormap) -> pv.PolyData:
-    """The mesh with the colours of matplotlib, so that pictures of all kinds share their scales."""
-    mesh.point_data["colour"] = (colours(norm(values))[:, :3] * 255).astype(np.uint8)
-    return mesh
+def coloured(values: np.ndarray, norm: Normalize, colours: Colormap) -> np.ndarray:
+    """The colours of matplotlib, so that pictures of all kinds share their scales."""
+    return (colours(norm(values))[:, :3] * 255).astype(np.uint8)
 
 
-def cut_face(view, values: np.ndarray, norm: Normalize, colours: Colormap, eye: Eye) -> tuple[pv.PolyData, pv.Texture] | None:
-    """The plane of a section, with what it shows; None where it meets no metal."""
+def cut_face(view, values: np.ndarray, norm: Normalize, colours: Colormap, eye: Eye) -> tuple[np.ndarray, np.ndarray] | None:
+    """The plane of a section: its corners, and what it shows; None where it meets no metal."""
     if not view.inside.any():
         return None
     i, j = view.across
@@ -79,57 +54,26 @@ def cut_face(view, values: np.ndarray, norm: Normalize, colours: Colormap, eye: 
     corners[:, view.axis] = view.at + 1e-5 * np.sign(eye.axes[2][view.axis])  # before the edge of the metal behind it
     corners[:, i] = view.low[i], view.high[i], view.high[i], view.low[i]
     corners[:, j] = view.low[j], view.low[j], view.high[j], view.high[j]
-    plane = pv.PolyData(corners, faces=[4, 0, 1, 2, 3])
-    plane.active_texture_coordinates = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], dtype=float)
-    texture = pv.Texture(np.ascontiguousarray(picture[::-1]))
-    texture.InterpolateOff()
-    return plane, texture
+    return corners, picture[::-1]
 
 
-@lru_cache(maxsize=1)
-def plotter() -> pv.Plotter:
-    """One window for all pictures: to open one takes longer than to draw in it."""
-    scene = pv.Plotter(off_screen=True, lighting="none")
-    for position, strength in (((-0.5, -0.8, 1.6), 0.8), ((0.9, 0.4, 0.7), 0.3)):
-        scene.add_light(pv.Light(position=position, focal_point=(0, 0, 0), light_type="scenelight", intensity=strength))
-    scene.enable_anti_aliasing("msaa", multi_samples=4)
-    return scene
-
-
-def image(eye: Eye, box: np.ndarray, fine: float, metal: pv.PolyData, tool: pv.PolyData | None, face=None) -> np.ndarray:
+def image(eye: Eye, box: np.ndarray, fine: float, metal: Mesh, colours: np.ndarray, tool: Mesh | None = None, face=None) -> np.ndarray:
     """Colours of the pixels of a box (2, 2) of what the eye sees [m], with `fine` pixels a metre."""
-    size = np.maximum(8, np.round((box[1] - box[0]) * fine)).astype(int)
-    scene = plotter()
-    scene.clear_actors()
-    scene.ren_win.SetSize(*(int(n) for n in size))
-    if metal.n_points:
-        scene.add_mesh(metal, scalars="colour", rgb=True, smooth_shading=True, ambient=0.3, diffuse=0.8, specular=0.05, show_scalar_bar=False)
+    canvas = Canvas(eye, box, fine)
+    canvas.draw(metal.points, metal.corners, canvas.lit(point_normals(metal), colours, *METAL)[metal.corners], cull=face is None)
     if face is not None:
-        scene.add_mesh(face[0], texture=face[1], lighting=False)
+        canvas.sheet(*face)
     if tool is not None:
-        body, edges = tool_parts(tool)
-        scene.add_mesh(body, scalars="shade", rgb=True, smooth_shading=True, ambient=0.35, diffuse=0.65, specular=0.1, show_scalar_bar=False)
-        if edges.n_points:
-            scene.add_mesh(edges, color=look.INK, line_width=1.2, lighting=False)
-    middle = box.mean(axis=0) @ eye.axes[:2]
-    reach = 10.0 * np.linalg.norm(box[1] - box[0]) + 1.0
-    scene.camera.position, scene.camera.focal_point, scene.camera.up = middle + reach * eye.axes[2], middle, UP
-    scene.camera.parallel_projection = True
-    scene.camera.parallel_scale = 0.5 * (box[1] - box[0])[1]
-    scene.renderer.ResetCameraClippingRange()
-    scene.ren_win.Render()
-    copy = vtkWindowToImageFilter()
-    copy.SetInput(scene.ren_win)
-    copy.ShouldRerenderOff()
-    copy.Update()
-    pixels = pv.wrap(copy.GetOutput())
-    columns, rows, _ = pixels.dimensions
-    return np.asarray(pixels.active_scalars).reshape(rows, columns, -1)[::-1]
+        whole, left = welded(tool)
+        shade = np.broadcast_to(stripes_of(tool)[left][:, None], (len(whole.corners), 3, 3))
+        canvas.draw(whole.points, whole.corners, canvas.lit(corner_normals(whole, SHARP), shade, *TOOL))
+        canvas.lines(sharp_edges(whole, SHARP), INK, 0.5 / fine)
+    return canvas.pixels()
 
 
-def seen_box(eye: Eye, *meshes: pv.PolyData | None) -> np.ndarray:
+def seen_box(eye: Eye, *meshes: Mesh | None) -> np.ndarray:
     """What holds all points as the eye sees them (2, 2) [m]."""
-    seen = np.vstack([eye.sees(mesh.points) for mesh in meshes if mesh is not None and mesh.n_points])
+    seen = np.vstack([eye.sees(mesh.points) for mesh in meshes if mesh is not None and len(mesh.points)])
     return np.array([seen.min(axis=0), seen.max(axis=0)])
 
 
@@ -177,16 +121,29 @@ def panel_of(figure, left: float, bottom: float, box: np.ndarray, inches: float)
     return panel
 
 
-def half_behind(mesh: pv.PolyData, axis: int, at: float, eye: Eye) -> pv.PolyData:
+def from_above(mesh: Mesh, name: str, norm: Normalize, colours: Colormap, low, high, width: int = 640) -> np.ndarray:
+    """Rows of colours of the box low..high seen from above, x to the right, the first row at the largest y."""
+    canvas, covered, normals = seen_from_above(mesh, (*low[:2], *high[:2]), width)
+    colour = canvas.lit(normals, coloured(look.shown(name, mesh[name]), norm, colours), *METAL)
+    canvas.paint(covered, colour[mesh.corners])
+    return canvas.pixels()
+
+
+@lru_cache(maxsize=4)
+def seen_from_above(mesh: Mesh, box: tuple[float, ...], width: int) -> tuple[Canvas, tuple[np.ndarray, ...], np.ndarray]:
+    """What is the same for all fields: the canvas, what it shows, normals."""
+    canvas = Canvas(ABOVE, np.reshape(box, (2, 2)), width / (box[2] - box[0]))
+    return canvas, canvas.cover(mesh.points, mesh.corners, cull=True), point_normals(mesh)
+
+
+def half_behind(mesh: Mesh, axis: int, at: float, eye: Eye) -> Mesh:
     """What is behind the plane where coordinate `axis` is `at`."""
-    normal = np.eye(3)[axis] * np.sign(eye.axes[2][axis])
-    return mesh.clip(normal=normal, origin=np.eye(3)[axis] * at, invert=True)
+    return half(mesh, axis, at, np.sign(eye.axes[2][axis]))
 
 
-def plate_picture(frame: Frame, mesh: pv.PolyData, tool: pv.PolyData | None, name: str, label: str, norm: Normalize, colours: Colormap,
+def plate_picture(frame: Frame, mesh: Mesh, tool: Mesh | None, name: str, label: str, norm: Normalize, colours: Colormap,
                   view=None):
     """The plate at one time from the front left, and, with the view of a section along it, cut there."""
-    coloured(mesh, look.shown(name, mesh.point_data[name]), norm, colours)
     low, high = np.percentile(mesh.points, [0.05, 99.95], axis=0)
     high[2] = np.percentile(mesh.points[:, 2], TOP)  # that of the plate, not of flash and debris
     whole = Eye(FRONT)
@@ -205,7 +162,7 @@ def plate_picture(frame: Frame, mesh: pv.PolyData, tool: pv.PolyData | None, nam
     left = sides
     for (eye, box, part, face), size in zip(shown, lengths):
         panel = panel_of(figure, left, below, box, inches)
-        picture = image(eye, box, FINE * inches * look.MM, part, tool, face)
+        picture = image(eye, box, FINE * inches * look.MM, part, coloured(look.shown(name, part[name]), norm, colours), tool, face)
         panel.imshow(picture, extent=(*box[:, 0] * look.MM, *box[:, 1] * look.MM), aspect="auto", interpolation="antialiased")
         panel.set(xlim=box[:, 0] * look.MM, ylim=box[:, 1] * look.MM)
         corners = [low.copy(), high.copy()]

@@ -17,7 +17,7 @@ import pytest
 import synthetic
 from PIL import Image
 
-from stirpost import cli, look, maps, surface
+from stirpost import canvas, cli, look, maps
 
 SEED = 20
 SOLVER = """#!{python}
@@ -237,8 +237,8 @@ def workshop(sound, tmp_path, monkeypatch):
     (tmp_path / "out").mkdir()
     (tmp_path / "solver.py").write_text(SOLVER.format(python=sys.executable, kept=str(tmp_path / "kept")))
     (tmp_path / "solver.py").chmod(0o755)
-    monkeypatch.setattr(surface, "can_render", lambda: False)
     monkeypatch.setattr(maps, "PIXELS", 60)
+    monkeypatch.setattr(canvas.Canvas, "cover", lambda *_, **__: (np.zeros(0, int), np.zeros((0, 3)), np.zeros(0, int)))
     picture = io.BytesIO()
     Image.new("RGB", (40, 40)).save(picture, "PNG")
     monkeypatch.setattr(look, "rendered", lambda figure: picture.getvalue() + bytes(200))

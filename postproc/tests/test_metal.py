@@ -24,7 +24,7 @@ def run_of(tmp_path, points, extra=None, attributes=None, start=None, body=None)
 
 
 def measured(run, rigid=frozenset()):
-    return metal.measure(run, run.frames[-1], set(rigid))
+    return metal.measure(run, run.frames[-1], frozenset(rigid))
 
 
 def test_a_wall_of_flash_and_debris_apart(tmp_path):

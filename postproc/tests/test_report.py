@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import synthetic
 
-from stirpost import alarms, cli, curves, maps, summary, surface
+from stirpost import alarms, cli, curves, maps, summary
 from stirpost.run import Run
 from stirpost.table import Column, Table
 
@@ -27,7 +27,6 @@ PICTURES = {
     "energies",
     "history",
 }
-LEFT_OUT = set() if surface.can_render() else {name for name in PICTURES if name.endswith("_top") or "surface" in name}
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +37,7 @@ def plate(tmp_path_factory):
 def test_the_report_holds_every_picture_the_figures_and_the_input(plate, tmp_path):
     assert cli.main(["report", str(plate), "-o", str(tmp_path)]) == 0
     written = {path.stem for path in tmp_path.glob("*.png")}
-    assert written - {"surface_hottest"} == PICTURES - {"surface_hottest"} - LEFT_OUT
+    assert written - {"surface_hottest"} == PICTURES - {"surface_hottest"}
     page = (tmp_path / "report.html").read_text()
     assert page.count("data:image/webp;base64,") == len(written)
     assert "&lt;rpm&gt; &amp; more" in page
@@ -65,7 +64,7 @@ def test_frames_without_temperature_are_drawn_as_far_as_they_go(tmp_path):
         "plastic_strain_top",
         "plastic_strain_cross_section",
         "plastic_strain_long_section",
-    } - LEFT_OUT
+    }
 
 
 def test_an_empty_directory_ends_with_2_and_one_line(tmp_path):

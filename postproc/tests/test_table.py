@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: MIT
 import numpy as np
-import pandas as pd
 import pytest
 
 from stirpost.table import parse_heading, parse_numbers, read_table
@@ -41,11 +40,11 @@ def test_heading(text, expected):
     "text, expected", [("1.5E+02", 150.0), ("1.5D+02", 150.0), (" -2.5-101", -2.5e-101)]
 )
 def test_numbers_of_fortran(text, expected):
-    assert parse_numbers(pd.Series([text]))[0] == expected
+    assert parse_numbers([text])[0] == expected
 
 
 def test_stars_are_not_a_number():
-    assert np.isnan(parse_numbers(pd.Series(["********"]))[0])
+    assert np.isnan(parse_numbers(["********"])[0])
 
 
 def test_a_row_cut_short_is_left_out(tmp_path):
