@@ -23,7 +23,8 @@ import numpy as np  # noqa: E402
 import pandas as pd  # noqa: E402
 from PIL import Image  # noqa: E402
 
-from stirpost import look, program  # noqa: E402
+from stirpost.io import program  # noqa: E402
+from stirpost.plots import look  # noqa: E402
 
 PAGE = ROOT / "docs/materials.md"
 PICTURE = ROOT / "docs/pictures/flow_laws.png"

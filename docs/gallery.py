@@ -24,7 +24,8 @@ sys.path.insert(0, str(ROOT / "postproc"))
 import matplotlib  # noqa: E402
 from PIL import Image  # noqa: E402
 
-from stirpost import look, maps, surface, views  # noqa: E402
+from stirpost.analysis import surface  # noqa: E402
+from stirpost.plots import look, maps, views  # noqa: E402
 from stirpost.run import Run  # noqa: E402
 
 # Name of the picture: the input, and the time that is shown [s].

@@ -6,7 +6,7 @@ from calculate import HERE, ROOT  # noqa: F401  (the path to driver and stirpost
 import sys
 
 sys.path.insert(0, str(ROOT / "postproc"))
-from stirpost import flow  # noqa: E402
+from stirpost.analysis import flow  # noqa: E402
 from stirpost.run import Run  # noqa: E402
 
 SECTIONS = (0.025, 0.065)  # [m]
@@ -88,16 +88,16 @@ def metal(run):
               "displacement of the layer 1 to 2 mm deep over the surface's, %":
                   100 * layer(end, 1e-3, 2e-3) / max(layer(end, 0.0, 1e-3), 1e-12)}
     grains = end.field("grain_size")
-    slab = np.abs(end.way.coordinate(end.x) - SECTIONS[1]) <= 0.5 * end.spacing * (1 + 1e-6)
-    under = slab & (np.abs(end.way.side(end.x)) < 0.8 * end.way.radius)
+    slab = np.abs(end.tool_path.coordinate(end.x) - SECTIONS[1]) <= 0.5 * end.spacing * (1 + 1e-6)
+    under = slab & (np.abs(end.tool_path.side(end.x)) < 0.8 * end.tool_path.radius)
     stirred, edge = slab & (strain > STIRRED), slab & (strain > 0.3) & (strain <= STIRRED)
     surface = under & (end.face - end.x0[:, 2] < end.spacing)
     for name, own in (("stir zone", stirred), ("surface", surface), ("edge of the zone", edge)):
         found[f"grain size, {name}, nm"] = 1e9 * grains[own].mean() if grains is not None and own.any() else np.nan
     at = next((f for f in run.frames if f.time >= 15.0), run.frames[-1])
     now = flow.Flow(run, at)
-    centre = now.way.place[-1]
-    near = (np.linalg.norm(now.x[:, :2] - centre, axis=1) < now.way.radius) & (now.face - now.x0[:, 2] < now.spacing)
+    centre = now.tool_path.place[-1]
+    near = (np.linalg.norm(now.x[:, :2] - centre, axis=1) < now.tool_path.radius) & (now.face - now.x0[:, 2] < now.spacing)
     strain = now.field("plastic_strain")[near]
     return found | {"strain under the tool at 15 s, mean": strain.mean() if near.any() else np.nan,
                     "strain under the tool at 15 s, largest": strain.max() if near.any() else np.nan}
@@ -109,7 +109,7 @@ def layer(end, above, below):
     nearest = np.unique(np.round(depth, 9))
     inside = nearest[(nearest > above) & (nearest < below)]
     chosen = inside if len(inside) else nearest[[np.abs(nearest - 0.5 * (above + below)).argmin()]]
-    own = np.isin(np.round(depth, 9), chosen) & end.way.passed(end.x0, margin=1.0)
+    own = np.isin(np.round(depth, 9), chosen) & end.tool_path.passed(end.x0, margin=1.0)
     return float(np.median(np.linalg.norm((end.x - end.x0)[own, :2], axis=1)))
 
 

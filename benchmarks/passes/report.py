@@ -195,7 +195,7 @@ def runs(all_of):
 def picture(place):
     """Thermocouples of cavity 1 beside the record, from the folders of the runs; not drawn without them."""
     import matplotlib
-    from stirpost import look
+    from stirpost.plots import look
 
     found = {law: driver.Results(place / f"cavity1_{law}_floor/cavity1_{law}.out", f"cavity1_{law}") for law in LAWS}
     if not all(results.path("_probes.csv").is_file() for results in found.values()):
@@ -220,7 +220,7 @@ def picture(place):
 def valley_picture():
     """Misfit of the peaks over friction and film, with the stir zone and the force as lines."""
     import matplotlib
-    from stirpost import look
+    from stirpost.plots import look
 
     np = measure.np
     found = valley_rows(True)

@@ -31,7 +31,8 @@ import matplotlib
 import measures
 import numpy as np
 import tables
-from stirpost import look, voids
+from stirpost.analysis import voids
+from stirpost.plots import look
 from stirpost.run import Run
 
 MM = 1e-3

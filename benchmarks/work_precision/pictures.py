@@ -13,7 +13,7 @@ from peers import PEERS
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "postproc"))
 
-from stirpost import look  # noqa: E402
+from stirpost.plots import look  # noqa: E402
 
 PALE = "#c3cbd3"
 MARKS = "osD^vP*Xh<>"

@@ -6,8 +6,8 @@ import pytest
 import pyvista as pv
 from scipy.spatial import Delaunay
 
-from stirpost.canvas import SAMPLES, Canvas, Eye
-from stirpost.mesh import Mesh, corner_normals, half, loops, point_normals, sharp_edges, welded
+from stirpost.io.mesh import Mesh, corner_normals, half, loops, point_normals, sharp_edges, welded
+from stirpost.plots.canvas import SAMPLES, Canvas, Eye
 
 RANDOM = np.random.default_rng(20261128)
 ABOVE = Eye((0.0, -1e-6, 1.0))

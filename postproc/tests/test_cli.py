@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from stirpost import calibrate, cli
+from stirpost import cli
+from stirpost.cli import calibrate
 
 ROOT = Path(__file__).parents[1]
 

@@ -7,7 +7,8 @@ import sys
 import numpy as np
 import pytest
 
-from stirpost import cli, cooling
+from stirpost import cli
+from stirpost.analysis import cooling
 
 COPPER = dict(density=8960, specific_heat=386, volume=4.671e-5, area=0.004)
 

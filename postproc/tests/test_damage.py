@@ -17,7 +17,8 @@ import pytest
 import synthetic
 from PIL import Image
 
-from stirpost import canvas, cli, look, maps
+from stirpost import cli
+from stirpost.plots import canvas, look, maps
 
 SEED = 20
 SOLVER = """#!{python}

@@ -7,7 +7,8 @@ import pytest
 import synthetic
 from PIL import Image
 
-from stirpost import cli, film
+from stirpost import cli
+from stirpost.cli import film
 from stirpost.run import Run
 
 INPUT = f"&BODY NAME = 'plate' /\n&TOOL NAME = 'pin', RADIUS = {synthetic.SHOULDER} /\n"
@@ -34,7 +35,7 @@ def test_the_cut_follows_the_tool(plate):
     made = film.Film(Run(plate), argparse.Namespace(colour="origin", behind=12.0, frames=10))
     for frame in made.frames[2:]:
         metal, tool, face = made.parts(frame)
-        at = 0.005 * (frame.time - made.way.time[0]) - 0.012
+        at = 0.005 * (frame.time - made.tool_path.time[0]) - 0.012
         assert metal.points[:, 0].min() == pytest.approx(at, abs=1e-5)
         assert face[0][:, 0] == pytest.approx(at, abs=2e-5)
         assert tool.bounds[:, 0].mean() == pytest.approx(at + 0.012, abs=1e-4)

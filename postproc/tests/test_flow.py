@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 import synthetic
 
-from stirpost import flow
+from stirpost.analysis.flow import Flow
+from stirpost.cli import flow
+from stirpost.io.scene import Scene, Solid, cavity_of
 from stirpost.run import Run
-from stirpost.scene import Scene, Solid, cavity_of
 
 H = 1e-3
 SIZE = np.array([0.060, 0.030, 0.008])
@@ -99,7 +100,7 @@ def test_where_the_volume_went(tmp_path, quarter, spin):
     ids, start, x, counts = dug(random)
     order = random.permutation(len(ids))
     run = make(tmp_path, start, [(0.0, ids, start), (10.0, ids[order], x[order])], quarter, spin)
-    found = flow.Flow(run, run.frames[-1]).measures(strain=1.0)
+    found = Flow(run, run.frames[-1]).measures(strain=1.0)
     volume = found["volumes"]
     advancing, retreating = ("left", "right") if spin > 0 else ("right", "left")
     expect = {"cavity": "cavity", "above_advancing": advancing, "above_retreating": retreating, "ends": "end", "sides": "side",
@@ -123,7 +124,7 @@ def test_half_a_particle_counts_half(tmp_path):
     """Exact: a plate that is lifted by 0.4 of a particle has 0.4 layers above its face."""
     ids, start = plate(False)
     run = make(tmp_path, start, [(0.0, ids, start), (10.0, ids, start + [0, 0, 0.4 * H])], text=text_of(0, False))
-    volume = flow.Flow(run, run.frames[-1]).budget()
+    volume = Flow(run, run.frames[-1]).budget()
     above = volume["above_advancing[m3]"] + volume["above_retreating[m3]"]
     assert above == pytest.approx(0.4 * SIZE[0] * SIZE[1] * H, rel=1e-3)
 
@@ -135,7 +136,7 @@ def test_expansion_is_no_flash(tmp_path):
     hot = {0: {"temperature": np.full(len(ids), 300.0), "pressure": np.zeros(len(ids))},
            1: {"temperature": np.full(len(ids), 600.0), "pressure": np.full(len(ids), 0.01 * 1e9 / 1.5)}}
     run = make(tmp_path, start, [(0.0, ids, start), (10.0, ids, start + 1e-9)], text=text_of(0, False, more), fields=hot)
-    volume = flow.Flow(run, run.frames[-1]).budget()
+    volume = Flow(run, run.frames[-1]).budget()
     assert volume["expansion[m3]"] == pytest.approx(np.prod(SIZE) * (np.exp(0.018) * 0.99 - 1), rel=1e-4)
 
 
@@ -148,7 +149,7 @@ def test_displacement_of_layers(tmp_path):
     x[layer == 1, 0] += 1e-3
     half = start + 0.5 * (x - start) + np.where(layer == 0, 2e-3, 0.0)[:, None] * [1, 0, 0]
     run = make(tmp_path, start, [(0.0, ids, start), (5.0, ids, half), (10.0, ids, x)], text=text_of(0, False))
-    top, second, third = flow.Flow(run, run.frames[-1]).measures(whole=True)["layers"][:3]
+    top, second, third = Flow(run, run.frames[-1]).measures(whole=True)["layers"][:3]
     assert top["displacement_median[m]"] == pytest.approx(3e-3, rel=1e-4) and top["displacement_90[m]"] == pytest.approx(3e-3, rel=1e-4)
     assert top["of_moved_passed_to_advancing_side"] == pytest.approx(3 / 6) and top["of_moved_on_advancing_side"] == pytest.approx(9 / 12)
     assert top["path_max_diameters"] == pytest.approx(2 * np.hypot(1.5e-3, 2e-3) / (2 * RADIUS), rel=1e-4)
@@ -172,7 +173,7 @@ def test_mixing_of_two_bodies(tmp_path):
         synthetic.write_frame(directory / f"b_{k:06d}.hdf", points, {"id": ids, "body": np.where(far, 2, 1).astype(np.int32)}, time,
                               input_text=text, attributes={"spacing": [H, H], "cell": 2 * H, "body_names": np.array([b"near", b"far"])})
     run = Run(directory)
-    one, other = flow.Flow(run, run.frames[-1]).measures()["mixing"]
+    one, other = Flow(run, run.frames[-1]).measures()["mixing"]
     assert (one["body"], one["where"], other["body"], other["where"]) == ("near", "far", "far", "near")
     for pair in (one, other):
         assert pair["volume[m3]"] == pytest.approx(6e-9, rel=1e-4) and pair["depth_max[m]"] == pytest.approx(2.5e-3, rel=1e-3)
@@ -190,7 +191,7 @@ def test_stir_zone_and_isotherms(tmp_path):
     fields[0] = {"plastic_strain": np.zeros(len(ids)), "temperature": np.full(len(ids), 300.0)}
     frames = [(0.0, ids, start), (5.0, ids, start + 1e-8), (10.0, ids, start + 1e-8)]
     run = make(tmp_path, start, frames, text=text_of(0, False), fields=fields)
-    (zone,) = flow.Flow(run, run.frames[-1]).measures([0.0255], 1.0, [748.0], whole=True)["stir_zone"]
+    (zone,) = Flow(run, run.frames[-1]).measures([0.0255], 1.0, [748.0], whole=True)["stir_zone"]
     assert zone["depth[m]"] == pytest.approx(depth, rel=1e-3) and zone["width[m]"] == pytest.approx(width, rel=1e-3)
     assert zone["area[m2]"] == pytest.approx(depth * width, rel=1e-3)
     (iso,) = zone["isotherms"]
@@ -215,7 +216,7 @@ def test_a_way_that_bends_is_refused(tmp_path):
     run = make(tmp_path, start, [(0.0, ids, start), (10.0, ids, start + 1e-6)], text=text_of(0, False))
     run.history.frame.loc[20:30, "tool_y"] += 3e-3
     with pytest.raises(ValueError, match="not straight"):
-        flow.Flow(run, run.frames[-1])
+        Flow(run, run.frames[-1])
 
 
 def test_trapezoid_cylinder_and_sphere():

@@ -8,8 +8,9 @@ import pandas as pd
 import pytest
 import synthetic
 
-from stirpost import cli, machine
-from stirpost.cooling import Record
+from stirpost import cli
+from stirpost.analysis.cooling import Record
+from stirpost.plots import machine
 from stirpost.run import Run
 
 

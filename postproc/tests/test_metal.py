@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import synthetic
 
-from stirpost import metal
+from stirpost.analysis import metal
 from stirpost.run import Run
 
 H = 0.001

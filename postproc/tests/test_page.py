@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 import synthetic
 
-from stirpost import cli, cooling, curves, maps, report, solid, summary, surface
+from stirpost import cli
+from stirpost.analysis import cooling, summary, surface
+from stirpost.plots import curves, maps, solid
 from stirpost.run import Run
 
 BROWSER, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
@@ -75,12 +77,12 @@ def test_measured_thermocouples(run, tmp_path, capsys):
     lines = [f"{t},{v - 278.15}" for t, v in zip(probes["time"][::5], probes["T1"][::5])]
     (tmp_path / "measured.csv").write_text("time[s],T1[C]\n" + "\n".join(lines) + "\n")
     record = cooling.Record.read(tmp_path / "measured.csv")
-    ((_, values),) = curves.apart(probes, record)
+    ((_, values),) = curves.differences(probes, record)
     assert values.startswith("+5.0 K; 5.0 K; ")
     dots = [line for line in curves.thermocouples(probes, record).axes[0].lines if line.get_marker() == "."]
     assert len(dots) == 1 and dots[0].get_ydata() == pytest.approx(probes["T1"][::5] - 5.0)
     with pytest.raises(ValueError, match="no thermocouple"):
-        curves.apart(probes, cooling.Record(record.time, ["X"], record.values))
+        curves.differences(probes, cooling.Record(record.time, ["X"], record.values))
 
 
 def test_thinned_meshes_keep_their_shape_and_fields(monkeypatch):

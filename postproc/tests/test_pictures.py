@@ -5,10 +5,11 @@ import numpy as np
 import pytest
 import synthetic
 
-from stirpost import curves, look, maps, surface, views
-from stirpost.mesh import Mesh
+from stirpost.analysis import surface
+from stirpost.io.mesh import Mesh
+from stirpost.io.table import Column, Table
+from stirpost.plots import curves, look, maps, views
 from stirpost.run import Run
-from stirpost.table import Column, Table
 
 H = 1e-3
 

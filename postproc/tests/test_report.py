@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 import synthetic
 
-from stirpost import alarms, cli, curves, maps, summary
+from stirpost import cli
+from stirpost.analysis import alarms, summary
+from stirpost.io.table import Column, Table
+from stirpost.plots import curves, maps
 from stirpost.run import Run
-from stirpost.table import Column, Table
 
 PICTURES = {
     "surface_end",
@@ -92,14 +94,14 @@ def test_sections_follow_the_tool_where_the_history_tells_it(plate):
     run = Run(plate)
     frames = maps.choose_frames(run.frames)
     clouds = [frame.points() for frame in frames]
-    places, follows = maps.section_places(run, frames, clouds)
+    places, follows = maps.section_positions(run, frames, clouds)
     assert follows == "the axis of pin"
     assert [place[0] for place in places] == pytest.approx([0.020 + 0.005 * frame.time for frame in frames])
     assert [place[1] for place in places] == pytest.approx([0.02] * len(frames))
     scene = maps.build_scene(run, frames)
     assert [view.title.split("x = ")[1] for view in scene.cross][-1] == "80.0 mm"
     run.history = None
-    places, follows = maps.section_places(run, frames, clouds)
+    places, follows = maps.section_positions(run, frames, clouds)
     assert follows == "the hottest place" and places[-1][0] == pytest.approx(0.08, abs=4e-3)
 
 

@@ -3,7 +3,8 @@ import numpy as np
 import pytest
 import synthetic
 
-from stirpost.run import Frame, NoRun, Run, particle_spacing
+from stirpost.io.frames import Frame, NoRun, particle_spacing
+from stirpost.run import Run
 
 
 def test_frames_in_the_order_of_the_series(tmp_path):

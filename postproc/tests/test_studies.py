@@ -6,7 +6,8 @@ import pandas as pd
 import pytest
 import synthetic
 
-from stirpost import cli, sweep
+from stirpost import cli
+from stirpost.cli import sweep
 
 STAND_IN = """#!{python}
 # A solver that makes a run whose torque is the friction times 100.

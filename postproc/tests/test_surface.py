@@ -5,8 +5,9 @@ import pytest
 import synthetic
 from matplotlib.colors import Normalize
 
-from stirpost import maps, surface, views
-from stirpost.mesh import loops
+from stirpost.analysis import surface
+from stirpost.io.mesh import loops
+from stirpost.plots import maps, views
 from stirpost.run import Run
 
 H = 0.001

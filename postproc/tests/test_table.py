@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from stirpost.table import parse_heading, parse_numbers, read_table
+from stirpost.io.table import parse_heading, parse_numbers, read_table
 
 
 def table_of(tmp_path, text):

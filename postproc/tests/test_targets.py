@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 import synthetic
 
-from stirpost import limits, summary, targets
+from stirpost.analysis import summary
+from stirpost.calibrate import limits, targets
+from stirpost.io.scene import Scene
 from stirpost.run import Run
-from stirpost.scene import Scene
 
 INPUT = ("&BODY NAME = 'plate' /\n&SHAPE BODY = 'plate', LOWER = 0, 0, 0, UPPER = 0.1, 0.04, 0.012 /\n"
          "&TOOL NAME = 'pin', RADIUS = 9e-3, FRICTION = 0.3 /\n")
@@ -44,11 +45,11 @@ def test_units(run, text, value, error):
     assert found.known and found.label == text.split("[")[0].replace("30e-3", "0.03")
 
 
-@pytest.mark.parametrize("text, told", [("fill=1,0.1", "no fill"), ("stir_depth@9=1e-3,1e-4", "")])
-def test_what_a_run_does_not_have(run, text, told):
+@pytest.mark.parametrize("text, message", [("fill=1,0.1", "no fill"), ("stir_depth@9=1e-3,1e-4", "")])
+def test_what_a_run_does_not_have(run, text, message):
     target = targets.read(text, run)
-    if told:
-        with pytest.raises(ValueError, match=told):
+    if message:
+        with pytest.raises(ValueError, match=message):
             target.of(run)
     else:
         assert target.of(run) == 0.0
@@ -62,20 +63,20 @@ def test_limits():
     assert [(key.low, key.high, key.scale) for key in keys] == [(0, 1, "linear"), (1, 1e6, "log"), (1, 4, "linear")]
     for key in keys:
         places = np.array([0.0, 0.2, 1.0])
-        assert [key.place(key.value(place)) for place in places] == pytest.approx(places)
+        assert [key.scaled(key.value(place)) for place in places] == pytest.approx(places)
         assert key.error(0.3, 1e-6) == pytest.approx(key.value(0.3 + 1e-6) - key.value(0.3), rel=1e-4)
-    for texts, told in ((["TOOL.FRICTION", "tool.friction"], "twice"), (["TOOL.SPIN"], "give START,LOW,HIGH"),
+    for texts, message in ((["TOOL.FRICTION", "tool.friction"], "twice"), (["TOOL.SPIN"], "give START,LOW,HIGH"),
                         (["TOOL.FRICTION=1.5"], "LOW and HIGH are 0 and 1"), (["TOOL.FRICTION=1,x,2"], "LOW < START < HIGH"),
                         (["SURFACE.COEFFICIENT=3,0,9,log"], "0 < LOW < HIGH")):
-        with pytest.raises(ValueError, match=told):
+        with pytest.raises(ValueError, match=message):
             limits.varied(texts, scene)
 
 
-@pytest.mark.parametrize("text, told", [("axial_force[mm]=1,1", "is no unit of axial_force"), ("tork=1,1", "no such measure"),
+@pytest.mark.parametrize("text, message", [("axial_force[mm]=1,1", "is no unit of axial_force"), ("tork=1,1", "no such measure"),
                                         ("torque=1", "VALUE,UNCERTAINTY"), ("stir_depth=1,1", "no such measure"),
                                         ("torque=1,0", "above 0")])
-def test_what_is_no_target(run, text, told):
-    with pytest.raises(ValueError, match=told):
+def test_what_is_no_target(run, text, message):
+    with pytest.raises(ValueError, match=message):
         targets.read(text, run)
 
 

@@ -4,9 +4,10 @@
 import numpy as np
 import pytest
 
-from stirpost import curves, summary
-from stirpost.table import Column, Table
-from stirpost.tools import main_tool, supports, tools_of
+from stirpost.analysis import summary
+from stirpost.analysis.tools import main_tool, supports, tools_of
+from stirpost.io.table import Column, Table
+from stirpost.plots import curves
 
 
 def history(names=("tool",), rows=101, end=10.0):

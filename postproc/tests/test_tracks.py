@@ -6,7 +6,9 @@ import pytest
 import pyvista as pv
 import synthetic
 
-from stirpost import cli, tracks
+from stirpost import cli
+from stirpost.analysis import tracks
+from stirpost.cli.tracks import picture
 from stirpost.run import Run
 
 RADIUS = np.array([2e-3, 3e-3, 4e-3, 5e-3])
@@ -59,7 +61,7 @@ def test_pictures(run):
     made = {path.name for path in (run.directory / "report").iterdir()}
     assert made == {"tracks_origin.png", "tracks_time.png", "tracks_temperature.png", "tracks.vtp"}
     some = tracks.Tracks.read(run, ["rim"], until=1.0)
-    figure = tracks.picture(run, some, "origin")
+    figure = picture(run, some, "origin")
     for panel, across, up in zip(figure.axes, (0, 2, 0), (1, 1, 2)):
         segments = np.array(panel.collections[0].get_segments())
         assert len(segments) == 2 * 10

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 import synthetic
 
-from stirpost import alarms, cli, summary
+from stirpost import cli
+from stirpost.analysis import alarms, summary
+from stirpost.io.scene import Scene
+from stirpost.io.table import Column, Table
 from stirpost.run import Run
-from stirpost.scene import Scene
-from stirpost.table import Column, Table
 
 INPUT = """&TIME
   END = 12.0, MASS_SCALING = 1e5

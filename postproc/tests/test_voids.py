@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 import synthetic
 
-from stirpost import alarms, flow, summary, targets, voids
+from stirpost.analysis import alarms, summary, voids
+from stirpost.calibrate import targets
+from stirpost.cli import flow
 from stirpost.run import Run
 
 H = 1e-3

@@ -5,8 +5,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from stirpost import cli, window
-from stirpost.scene import Scene
+from stirpost import cli
+from stirpost.cli import window
+from stirpost.io.scene import Scene
 
 INPUT = """&TIME END = 9 /
 &MOTION TOOL = 'tool', DURATION = 3, VELOCITY = 0, 0, -2e-3, SPIN_RPM = -300 /

@@ -180,7 +180,7 @@ def test_what_is_not_determined(model):
     for m, film in ends:
         assert m / film**0.2 == pytest.approx(kept, rel=0.05)
     table = pd.read_csv(model.folder / "out/valley.csv")
-    assert table["way"].is_monotonic_increasing and len(table) >= 5
+    assert table["distance"].is_monotonic_increasing and len(table) >= 5
     assert table["within"].all() and table["sum of squares"].max() < 4
     assert (model.folder / "out/valley.png").stat().st_size > 10000
     done, result = model(*BOTH, "--runs", "60", "--target", "torque[kNm]=0.066,0.002", "--uncertainty", "T1=20")

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(driver.ROOT / "postproc"))
-from stirpost import cli, gcode  # noqa: E402
+from stirpost import cli  # noqa: E402
+from stirpost.cli import gcode  # noqa: E402
 
 PROGRAM = """%
 O1000 (a weld along an L)

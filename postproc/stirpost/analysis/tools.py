@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: MIT
+"""What a history says of each tool: where it is, and in which phase of the pass."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..io.table import Column, Table
+
+SLOW = 0.02  # of the tool's largest speed: below, it stands
+MOST_PHASES = 12
+LOADS = ("torque", "force_x", "force_y", "force_z", "power")
+
+
+@dataclass
+class Phase:
+    """Rows first..last of a history, whose values are means since the row before."""
+
+    kind: str
+    first: int
+    last: int
+
+
+class Tool:
+    """One tool of a history; rigid bodies are tools."""
+
+    def __init__(self, history: Table, name: str):
+        self.history, self.name = history, name
+
+    def column(self, quantity: str) -> Column | None:
+        """A column of the tool that holds a number."""
+        found = self.history.matching(re.escape(f"{self.name}_{quantity}"))
+        return found[0] if found else None
+
+    def loads(self, pattern: str) -> list[Column]:
+        return self.history.matching(re.escape(self.name) + "_" + pattern)
+
+    @property
+    def has_pose(self) -> bool:
+        return all(self.column(axis) is not None for axis in "xyz")
+
+    def place(self, time: float) -> np.ndarray | None:
+        """Its reference point [m] at a time, None if the history does not say."""
+        if not self.has_pose:
+            return None
+        columns = [self.column(axis).values for axis in "xyz"]
+        there = [np.isfinite(values) for values in columns]
+        return np.array([np.interp(time, self.history["time"][k], values[k]) for k, values in zip(there, columns)])
+
+    def work(self) -> float:
+        """Its work over the history [J]."""
+        power = self.column("power")
+        if power is None:
+            return 0.0
+        return float(np.nansum(np.abs(power.values) * lengths(self.history)))
+
+    def presses(self) -> np.ndarray:
+        """Rows in which it feels a load."""
+        touched = np.zeros(len(self.history), dtype=bool)
+        for column in self.loads("(torque|force_[xyz])"):
+            values = np.abs(np.nan_to_num(column.values))
+            touched |= values > 1e-6 * max(values.max(), 1e-300)
+        return touched
+
+    def phases(self) -> list[Phase]:
+        """What it does, row by row put together: approach, plunge, dwell, travel, lift, rest, away. None without a
+        pose, or if it moves to and fro."""
+        if not self.has_pose or len(self.history) < 2:
+            return []
+        span = np.diff(self.history["time"])
+        moved = np.array([np.diff(self.column(axis).values) for axis in "xyz"]) / np.maximum(span, 1e-300)
+        along, down = np.hypot(moved[0], moved[1]), moved[2]
+        speed = np.hypot(along, down)
+        stands = speed <= SLOW * max(speed.max(), 1e-300)
+        angle = self.column("angle")
+        spins = np.abs(np.diff(angle.values)) > 0 if angle is not None else np.ones(len(span), dtype=bool)
+        kinds = np.full(len(span), "travel", dtype=object)
+        kinds[down > along] = "lift"
+        kinds[-down > along] = "plunge"
+        kinds[stands & spins] = "dwell"
+        kinds[stands & ~spins] = "rest"
+        touched = self.presses()[1:]
+        if touched.any():
+            kinds[: touched.argmax()] = "approach"
+            kinds[len(kinds) - touched[::-1].argmax() :] = "away"
+        else:
+            kinds[:] = "away"
+        starts = np.append(0, np.flatnonzero(kinds[1:] != kinds[:-1]) + 1)
+        ends = np.append(starts[1:], len(kinds))
+        phases = [Phase(str(kinds[a]), int(a) + 1, int(b)) for a, b in zip(starts, ends)]
+        return phases if len(phases) <= MOST_PHASES else []
+
+    def mean(self, column: Column, phase: Phase) -> float:
+        """Mean over a phase of a column whose rows are means since the row before."""
+        rows = slice(phase.first, phase.last + 1)
+        weights, values = lengths(self.history)[rows], column.values[rows]
+        there = np.isfinite(values)
+        total = weights[there].sum()
+        return float((weights * np.where(there, values, 0.0)).sum() / total) if total > 0 else float("nan")
+
+    def rubs(self) -> np.ndarray:
+        """Rows in which it rubs."""
+        power = self.column("friction_power")
+        return np.ones(len(self.history), dtype=bool) if power is None else power.values != 0.0
+
+    def friction_share(self, phase: Phase) -> float:
+        """Its friction over all friction and plastic work in a phase [%], NaN where there is none."""
+        power = self.column("friction_power")
+        parts = [self.history[name] for name in ("friction_heat", "plastic_work") if name in self.history]
+        if power is None or len(parts) < 2:
+            return float("nan")
+        rows = slice(phase.first, phase.last + 1)
+        heat = np.nansum(power.values[rows] * lengths(self.history)[rows])
+        total = sum(part[phase.last] - part[phase.first - 1] for part in parts)
+        return float(100.0 * heat / total) if total > 0 else float("nan")
+
+
+def lengths(history: Table) -> np.ndarray:
+    """Time from the row before to each row [s]; 0 of the first."""
+    return np.diff(history["time"], prepend=history["time"][0])
+
+
+def tools_of(history: Table | None) -> list[Tool]:
+    """The tools of a history, the one with the most work first."""
+    if history is None:
+        return []
+    names = [c.name[: -len("_torque")] for c in history.columns if c.name.endswith("_torque") and c.unit == "Nm"]
+    return sorted((Tool(history, name) for name in names), key=lambda tool: -tool.work())
+
+
+def main_tool(history: Table | None) -> Tool | None:
+    """Of the tools whose place is known, that with the most work."""
+    return next((tool for tool in tools_of(history) if tool.has_pose), None)
+
+
+def supports(history: Table) -> list[Column]:
+    """Forces of walls and clamps."""
+    tools = {f"{tool.name}_force_{axis}" for tool in tools_of(history) for axis in "xyz"}
+    return [c for c in history.matching(r".+_force_[xyz]") if c.unit == "N" and c.name not in tools]

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Keys of an input from measurements."""

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: MIT
+"""The command `stirpost`: what it can do is a table, a line a command."""
+
+from __future__ import annotations
+
+import os
+import sys
+from importlib import import_module
+from pathlib import Path
+from traceback import extract_tb
+
+# Name, module with `main(arguments) -> exit status`, what it does. A module is imported only when it is asked for.
+COMMANDS = (
+    ("report", "cli.report", "one page of a run, report.html, and its pictures"),
+    ("flow", "cli.flow", "flash, groove, cavity, stir zone, displacement of layers of a pass"),
+    ("section", "cli.section", "grain size on a cross-section"),
+    ("track", "cli.track", "the history of one particle, as &PATH KIND = 'history' reads it"),
+    ("tracks", "cli.tracks", "pathlines of the tracers: pictures, and lines for VTK"),
+    ("film", "cli.film", "a moving picture of a weld: the tool and the section behind it"),
+    ("compare", "cli.compare", "numbers and pictures of two runs, or of a run and a machine's log"),
+    ("sweep", "cli.sweep", "a study over keys of an input, and its picture"),
+    ("window", "cli.window", "the process window of a weld: sound or not over rotational and travel speed"),
+    ("calibrate", "cli.calibrate", "keys of an input from measurements"),
+    ("material", "cli.material", "pictures of the curves of stirpoint --material"),
+    ("gcode", "cli.gcode", "the program of a machine as &MOTION groups"),
+    ("heat", "cli.heat", "thermocouples of heat alone, and temperature below the surface"),
+)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    name = words[0] if words else "--help"
+    if name in ("-h", "--help"):
+        print(usage())
+        return 0 if words else 2
+    if name == "--version":
+        from importlib.metadata import PackageNotFoundError, version
+
+        try:
+            print(f"stirpost {version('stirpost')}")
+        except PackageNotFoundError:
+            print("stirpost, not installed")
+        return 0
+    return run_command("stirpost", COMMANDS, words)
+
+
+def run_command(before: str, commands, words: list[str]) -> int:
+    """Hand the words behind a name of a table to its module; what a person can put right is one line, status 2."""
+    known = {name: module for name, module, _ in commands}
+    if words[0] not in known:
+        print(f"{before}: no command {words[0]}; there are: {', '.join(known)}", file=sys.stderr)
+        return 2
+    try:
+        status = import_module(f"stirpost.{known[words[0]]}").main(words[1:])
+        sys.stdout.flush()
+        return status
+    except ModuleNotFoundError as problem:
+        print(f"{before} {words[0]}: this Python lacks {problem.name}: 'pip install ./postproc[all]' brings all it needs, and "
+              "'bash jobscripts/local.sh python' makes build/venv, which has it", file=sys.stderr)
+    except KeyboardInterrupt:
+        return 130
+    except Exception as problem:
+        from ..io.files import message_of
+
+        if isinstance(problem, OSError) and problem.filename is None:  # of standard output: what is in its buffer is lost
+            sys.stdout = open(os.devnull, "w", encoding="utf-8")
+        if isinstance(problem, BrokenPipeError):
+            return 1
+        own, where = not isinstance(problem, (OSError, ValueError, RuntimeError)), extract_tb(problem.__traceback__)[-1]
+        place = f" ({Path(where.filename).name}, line {where.lineno}: a mistake of stirpost)" if own else ""
+        print(f"{before} {words[0]}: {message_of(problem)}{place}", file=sys.stderr)
+        return 3 if own else 2
+    return 2
+
+
+def usage() -> str:
+    width = max(len(name) for name, _, _ in COMMANDS)
+    lines = [f"  {name:{width}}  {text}" for name, _, text in COMMANDS]
+    return "\n".join(["usage: stirpost COMMAND [ARGUMENT...]", "", *lines, "", "stirpost COMMAND --help tells more."])

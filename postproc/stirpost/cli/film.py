@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: MIT
+"""A moving picture of a weld: the tool and the section of the weld behind it.
+
+usage: stirpost film RUN_DIRECTORY [--colour strain|origin|temperature] [--behind MM] [--degrees C] [-o FILE.webp]
+
+The plate is cut across the travel behind the tool; the cut moves with it. It is coloured by plastic strain (logarithmic, up to 50),
+by the side of the path on which the metal was at first, or by temperature. Each frame of the run is a picture: a smaller &OUTPUT
+FRAME_INTERVAL makes a smoother film. Written to FILE (default RUN_DIRECTORY/report/film.webp; a name that ends in .gif makes a GIF) in
+the best quality that needs at most --most megabytes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..io.files import write
+from ..io.frames import Frame, NoRun
+from ..io.mesh import Mesh
+from ..plots import look
+from ..run import Run
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+COLOURS = ("strain", "origin", "temperature")
+BEHIND = 1.25  # of the radius of the tool: where the cut is behind its axis
+SECONDS = 8.0  # that the film takes, if that makes neither less than 5 nor more than 20 pictures a second
+QUALITIES = (85, 70, 55, 40, 25)  # of WebP, until it is small enough
+SIZES = (1.0, 0.8, 0.65, 0.5, 0.35)  # then of the pictures
+
+
+def main(arguments: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(prog="stirpost film", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("run", type=Path)
+    parser.add_argument("--colour", choices=COLOURS, default="strain")
+    parser.add_argument("--behind", type=float, metavar="MM", help="of the cut behind the axis of the tool (default 1.25 radii of the tool)")
+    parser.add_argument("--degrees", choices=list(look.SCALES), default="K")
+    parser.add_argument("--frames", type=int, default=120, help="at most so many (default 120)")
+    parser.add_argument("--most", type=float, default=2.9, metavar="MB", help="size of the file (default 2.9)")
+    parser.add_argument("-o", "--output", type=Path, metavar="FILE")
+    options = parser.parse_args(arguments)
+    look.use_degrees(options.degrees)
+    path = options.output or options.run / "report" / "film.webp"
+    if path.suffix not in (".webp", ".gif"):
+        raise ValueError(f"{path}: expected a name that ends in .webp or .gif")
+    run = Run(options.run)
+    with look.style():
+        pictures = Film(run, options).pictures()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    content = packed(pictures, path.suffix, int(options.most * 1e6))
+    print(f"{len(pictures)} pictures in {write(path, content)}, {len(content) / 1e6:.2f} MB")
+    return 0
+
+
+class Film:
+    """What stays the same from picture to picture: the way of the tool, the eye, the colours."""
+
+    def __init__(self, run: Run, options: argparse.Namespace):
+        from ..analysis import surface
+        from ..analysis.tool_path import tool_path_of
+        from ..analysis.tools import tools_of
+        from ..plots import maps, views
+
+        if len(run.frames) < 2:
+            raise NoRun(f"{run.directory}: there are not two frames")
+        self.tool_path = tool_path_of(run, run.scene, run.frames[-1].time)
+        if self.tool_path is None:
+            raise NoRun(f"{run.directory}: no tool that travels")
+        self.run, self.colour, self.maps, self.surface, self.views = run, options.colour, maps, surface, views
+        self.frames = maps.choose_frames(run.frames, max(2, options.frames))
+        self.behind = BEHIND * self.tool_path.radius if options.behind is None else options.behind / look.MM
+        self.rigid = {tool.name for tool in tools_of(run.history)}
+        self.eye = views.Eye(views.BEHIND)
+        first = run.frames[0]
+        ids = first.field("id")
+        if self.colour == "origin" and ids is None:
+            raise NoRun(f"{first.path}: no field id")
+        self.origin = None if ids is None else (ids[np.argsort(ids)], self.turned(first.points())[np.argsort(ids), 1])
+        self.norm, self.colours, self.label = self.scale()
+
+    def turned(self, points: np.ndarray) -> np.ndarray:
+        """Along the way, to its left, up [m]."""
+        left = np.array([-self.tool_path.along[1], self.tool_path.along[0]])
+        flat = points[:, :2] - self.tool_path.place[0]
+        return np.column_stack([flat @ self.tool_path.along, flat @ left, points[:, 2]])
+
+    def scale(self):
+        from matplotlib.colors import Normalize
+
+        if self.colour == "temperature":
+            return self.maps.temperature_norm(self.frames), look.TEMPERATURE, f"temperature [{look.unit_of_temperature()}]"
+        if self.colour == "strain":
+            return self.maps.strain_norm(self.frames), look.STRAIN, "equivalent plastic strain [1]"
+        half = 0.6 * self.tool_path.radius * look.MM
+        return Normalize(-half, half), look.part_of("Spectral", 0.0, 1.0), "metal was at first to the left of the path by [mm]"
+
+    def values(self, frame: Frame) -> np.ndarray:
+        """Of each particle, what it is coloured by."""
+        if self.colour == "origin":
+            ids, side = self.origin
+            return side[np.searchsorted(ids, frame.need("id")).clip(0, len(ids) - 1)] * look.MM
+        name = {"strain": "plastic_strain", "temperature": "temperature"}[self.colour]
+        return look.shown(name, frame.need(name).astype(float))
+
+    def parts(self, frame: Frame):
+        """What is to be seen of a frame: the metal before the cut, the tool, the face of the cut."""
+        from scipy.spatial import cKDTree
+
+        points, values = self.turned(frame.points()), self.values(frame)
+        metal = self.surface.metal(self.run, frame, [])
+        metal = metal.at(self.turned(metal.points))
+        away, near = cKDTree(points).query(metal.points, k=8)
+        weight = np.exp(-((away**2 - away[:, :1] ** 2) / (0.75 * self.run.spacing) ** 2))
+        metal.data["colour"] = self.views.coloured((values[near] * weight).sum(axis=1) / weight.sum(axis=1), self.norm, self.colours)
+        tool = self.run.tool_mesh(frame)
+        if tool is not None:
+            tool = tool.at(self.turned(tool.points))
+        place = self.tool_path.tool.place(frame.time)
+        at = float(self.turned(place[None])[0, 0]) - self.behind
+        low, high = self.maps.common_box([points], self.run.spacing)
+        view = self.maps.section(self.maps.View(frame, low, high, "", metal, axis=0), points, at, self.run.spacing, 500)
+        face = self.views.cut_face(view, values, self.norm, self.colours, self.eye)
+        return self.views.half_behind(metal, 0, at, self.eye), tool, face
+
+    def pictures(self) -> list[Image]:
+        """One of each frame."""
+        from PIL import Image
+
+        parts = [self.parts(frame) for frame in self.frames]
+        start = self.turned(self.run.frames[0].points())
+        low, high = start.min(axis=0) - 0.5 * self.run.spacing, start.max(axis=0) + 0.5 * self.run.spacing
+        corners = Mesh(np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]), np.empty((0, 3)))
+        box = self.views.seen_box(self.eye, corners, *(mesh for metal, tool, _ in parts for mesh in (metal, tool)))
+        sides, below, wide = 0.8, 0.5, 7.6
+        inches = (wide - sides - look.BAR) / ((box[1] - box[0])[0] * look.MM)
+        tall = below + (box[1] - box[0])[1] * look.MM * inches + 0.3
+        figure = look.new_figure(wide, tall)
+        figure.set_layout_engine("none")
+        panel = self.views.panel_of(figure, sides, below, box, inches)
+        shown = panel.imshow(np.zeros((2, 2, 3)), extent=(*box[:, 0] * look.MM, *box[:, 1] * look.MM), aspect="auto")
+        self.views.draw_axes(panel, self.eye, low, high, "along the path", "to its left")
+        words = figure.text(0.1 / wide, 1.0 - 0.2 / tall, "", fontsize=10)
+        strip = figure.add_axes(((wide - look.BAR + 0.12) / wide, 0.2, 0.14 / wide, 0.6))
+        look.colour_bar(figure, self.norm, self.colours, strip, self.label, "neither" if self.colour == "temperature" else "both")
+        found = []
+        for frame, (metal, tool, face) in zip(self.frames, parts):
+            shown.set_data(self.views.image(self.eye, box, self.views.FINE * inches * look.MM, metal, metal["colour"], tool, face))
+            words.set_text(f"t = {look.seconds(frame.time)}")
+            figure.canvas.draw()
+            found.append(Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3].copy()))
+        return found
+
+
+def packed(pictures: list[Image], suffix: str, most: int) -> bytes:
+    """The film in the best quality that needs at most so many bytes."""
+    pause = int(1000 * np.clip(SECONDS / len(pictures), 0.05, 0.2))
+    tries = [(1.0, quality) for quality in QUALITIES] if suffix == ".webp" else []
+    tries += [(size, QUALITIES[-1]) for size in (SIZES[1:] if suffix == ".webp" else SIZES)]
+    for size, quality in tries:
+        file = io.BytesIO()
+        fitting = [p.resize((round(p.width * size), round(p.height * size))) for p in pictures] if size < 1.0 else pictures
+        if suffix == ".gif":
+            fitting = [p.quantize(128) for p in fitting]
+        fitting[0].save(file, suffix[1:].upper(), save_all=True, append_images=fitting[1:], duration=pause, loop=0, quality=quality, method=2)
+        if file.tell() <= most:
+            return file.getvalue()
+    raise ValueError(f"the film of {len(pictures)} pictures needs more than {most / 1e6:g} MB: choose fewer with --frames")
