@@ -33,7 +33,7 @@ def test_help_of_a_command_loads_no_large_package(words):
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
     assert "usage: stirpost" in done.stdout
     loaded = set(done.stdout.splitlines()[-1].split())
-    assert not loaded & {"matplotlib", "scipy", "pandas", "pyvista", "vtkmodules", "h5py", "f90nml", "pysplashsurf", "PIL"}
+    assert not loaded & {"matplotlib", "scipy", "pandas", "pyvista", "vtkmodules", "h5py", "f90nml", "pysplashsurf", "PIL", "jinja2"}
 
 
 @pytest.mark.parametrize("words", [["reprot"], ["calibrate", "cold"], ["report", "/nowhere"], ["track", "/nowhere", "1", "x"]])

@@ -191,9 +191,9 @@ def test_whatever_a_run_has_left(tmp_path, frames, history):
         return
     assert cli.main(["report", str(directory)]) == 0
     page = (directory / "report" / "report.html").read_text()
-    assert "nan" not in re.sub(r"data:[^\"]*|<script>.*?</script>|<style>.*?</style>", "", page, flags=re.S).lower().replace("means", "").replace("is &#x27;nan&#x27;, no number", "")
+    assert "nan" not in re.sub(r"data:[^\"]*|<script>.*?</script>|<style>.*?</style>", "", page, flags=re.S).lower().replace("means", "").replace("is &#39;nan&#39;, no number", "")
     assert ("Phases of second" in page) == (history == "two tools")
-    assert ("rest_history.csv:33: column 2, step, is &#x27;NaN&#x27;, no number, and 24 more such values" in page) == (history == "not a number")
+    assert ("rest_history.csv:33: column 2, step, is &#39;NaN&#39;, no number, and 24 more such values" in page) == (history == "not a number")
 
 
 def test_what_to_be_wary_of_stands_on_the_page(tmp_path, capsys):

@@ -32,11 +32,6 @@ def library() -> str:
     return files(THREE[0]).joinpath(THREE[1]).read_text(encoding="utf-8")
 
 
-def script() -> str:
-    """The text of the viewer."""
-    return files("stirpost").joinpath("plots/assets/viewer.js").read_text(encoding="utf-8")
-
-
 def pack(run: Run, frames: list[Frame], fields: list[Field]) -> str:
     """What the viewer draws, as JSON."""
     names = [name for name, _, _, _ in fields]
