@@ -212,7 +212,7 @@ contains
     end associate
   end subroutine advance_block
 
-  !> MUSL, USAVG: move particles, whose velocities were updated before, with `g_motion`; return the
+  !> With MUSL and USAVG, move particles, whose velocities were updated before, with `g_motion`; return the
   !> velocity `v` and its change `dv` at the particles, and the velocity gradient `l` of `g_strain`.
   subroutine move_block(sim, b, n, dt, g_motion, g_strain, nf, ps, w, first, v, dv, l, speed2)
     type(simulation_t), intent(inout) :: sim
@@ -251,7 +251,7 @@ contains
                          ps(1, sim%scene%layout%affine))
   end subroutine store_affine
 
-  !> USAVG: update the stress far from tools over `dt` with the velocity field `g`, at unchanged
+  !> With USAVG, update the stress far from tools over `dt` with the velocity field `g`, at unchanged
   !> positions.
   subroutine update_stress(sim, dt, g, outcome)
     type(simulation_t), intent(inout) :: sim
