@@ -137,7 +137,7 @@ class Film:
         corners = Mesh(np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]), np.empty((0, 3)))
         box = self.views.seen_box(self.eye, corners, *(mesh for metal, tool, _ in parts for mesh in (metal, tool)))
         sides, below, wide = 0.8, 0.5, 7.6
-        inches = (wide - sides - look.BAR) / ((box[1] - box[0])[0] * look.MM)
+        inches = (wide - sides - look.BAR - 0.5) / ((box[1] - box[0])[0] * look.MM)
         tall = below + (box[1] - box[0])[1] * look.MM * inches + 0.3
         figure = look.new_figure(wide, tall)
         figure.set_layout_engine("none")
