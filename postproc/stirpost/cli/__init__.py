@@ -23,6 +23,7 @@ COMMANDS = (
     ("calibrate", "cli.calibrate", "keys of an input from measurements"),
     ("material", "cli.material", "pictures of the curves of stirpoint --material"),
     ("gcode", "cli.gcode", "the program of a machine as &MOTION groups"),
+    ("calculix", "cli.calculix", "a deck for CalculiX: residual stress and distortion of the plate"),
     ("heat", "cli.heat", "thermocouples of heat alone, and temperature below the surface"),
 )
 
