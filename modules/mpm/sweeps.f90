@@ -212,8 +212,9 @@ contains
     end associate
   end subroutine advance_block
 
-  !> With MUSL and USAVG, move particles, whose velocities were updated before, with `g_motion`; return the
-  !> velocity `v` and its change `dv` at the particles, and the velocity gradient `l` of `g_strain`.
+  !> With MUSL and USAVG, move particles, whose velocities were updated before, with `g_motion`;
+  !> return the velocity `v` and its change `dv` at the particles, and the velocity gradient `l` of
+  !> `g_strain`.
   subroutine move_block(sim, b, n, dt, g_motion, g_strain, nf, ps, w, first, v, dv, l, speed2)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: b, n, nf
@@ -251,8 +252,8 @@ contains
                          ps(1, sim%scene%layout%affine))
   end subroutine store_affine
 
-  !> With USAVG, update the stress far from tools over `dt` with the velocity field `g`, at unchanged
-  !> positions.
+  !> With USAVG, update the stress far from tools over `dt` with the velocity field `g`, at
+  !> unchanged positions.
   subroutine update_stress(sim, dt, g, outcome)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn, sim%nodes%n_groups)

@@ -7,8 +7,8 @@ The plate at the start is a mesh of bricks (C3D8I); its bodies are one plate fro
 temperatures of the metal that is there then; then the plate cools to AMBIENT, and at last all clamps and walls let it go: it stands on
 three of its corners. &CLAMP holds its nodes until UNTIL, &WALL those of a face that it touches in the direction of its normal, until
 the end of cooling. The metal is elastic and perfectly plastic, with the flow stress of its law at a plastic strain of 0.2 % and --rate
-(default 1e-3 1/s) over temperature, or with --strength. Force and flow of the tool are left out: what they leave in the stir zone is
-melted away by its heat in most welds, not in cold ones.
+(default 1e-3 1/s) over temperature, or with --strength. Force and flow of the tool are left out, and
+with them the stresses that they leave in the stir zone.
 
 Written to FILE (default RUN_DIRECTORY/report/plate.inp) in mm, N and MPa. `ccx -i FILE` without .inp computes it (Debian:
 calculix-ccx); FILE.frd has stresses and displacements at the end of cooling and after the release.
