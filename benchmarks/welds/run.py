@@ -4,6 +4,7 @@
 
     build/venv/bin/python benchmarks/welds/run.py [NAME...] [--variant fine] [--set MATERIAL.ST_ALPHA=1e-8] [--folder FOLDER] [--record]
     build/venv/bin/python benchmarks/welds/run.py NAME --film 50 --friction 0.2 --travel 1 [--record]
+    build/venv/bin/python benchmarks/welds/run.py --rabe [--record]
     build/venv/bin/python benchmarks/welds/run.py --page
 
 The rule (docs/welds.md): library metal of welds; aluminium seizes on the tool of hot work steel, other metals have Coulomb friction of 0.4
@@ -241,6 +242,7 @@ def main():
     parser.add_argument("--travel", type=float, default=TRAVEL, help="distance of travel [radii of the shoulder]")
     parser.add_argument("--folder", type=pathlib.Path, default=pathlib.Path("welds"))
     parser.add_argument("--record", action="store_true", help="put into results.jsonl, of which docs/welds.md has the tables")
+    parser.add_argument("--rabe", action="store_true", help="the welds of Rabe, instead of names")
     parser.add_argument("--page", action="store_true", help="draw what is kept, without a run")
     arguments = parser.parse_args()
     if arguments.page:
@@ -248,7 +250,7 @@ def main():
         print(tables.weld_ratios(None))
         return
     arguments.folder.mkdir(parents=True, exist_ok=True)
-    for name in arguments.names or WELDS:
+    for name in RABE if arguments.rabe else arguments.names or WELDS:
         kind = {key: getattr(arguments, key) for key, own in
                 (("variant", None), ("set", None), ("friction", None), ("film", FILM), ("travel", TRAVEL)) if getattr(arguments, key) != own}
         stem = "-".join((name, *(re.sub(r"\W", "_", str(part)) for part in kind.values())))

@@ -276,8 +276,21 @@ MEANT = {"coarse": "larger cells", "fine": "smaller cells", "light": "mass scali
 
 
 def shown_welds():
-    """Welds by the rule."""
-    return [weld for weld in measures.lines(measures.ROOT / WELDS) if not {"variant", "set"} & weld.keys()]
+    """Welds by the rule, without those of Rabe."""
+    return [weld for weld in measures.lines(measures.ROOT / WELDS) if not {"variant", "set"} & weld.keys() and not weld["weld"].startswith("rabe")]
+
+
+def rabe(_):
+    """The welds of Rabe, in the order of travel and rotational speed: loads, temperature, and the largest void with its place."""
+    found = [weld for weld in measures.lines(measures.ROOT / WELDS) if weld["weld"].startswith("rabe") and "set" not in weld]
+    rows = []
+    for weld in sorted(found, key=lambda weld: [int(part) if part.isdigit() else part for part in weld["weld"].split("-")[3:]]):
+        _, alloy, thickness, rpm, speed, depth = weld["weld"].split("-")
+        place = f"{weld['void_below']:.1f} below, {weld['void_beside']:+.1f} beside" if "void_below" in weld else ""
+        rows.append([f"AA{alloy}, {thickness} mm", rpm, speed, depth, f"{weld['force']:.1f}", f"{weld['plunge']:.0f}", f"{weld['torque']:.0f}",
+                     f"{weld['power']:.1f}", f"{weld['face']:.0f}", f"{weld['void']:.1f} ({weld['void_resolved']:.1f})", place, f"{weld['inertia']:.0f}"])
+    return table(["sheet", "rpm", "mm/min", "depth", "axial force [kN]", "largest in the plunge [kN]", "torque [N m]", "power [kW]", "face [K]",
+                  "largest void [mm2]", "its place [mm]", "inertial stress [%]"], rows)
 
 
 def welds(_):
@@ -378,7 +391,7 @@ BAND = "benchmarks/graded_band.json"
 BEGIN = "benchmarks/new_scenes.json"
 ALL = {
     "detection": detection,
-    "welds": welds, "welds, ratios": weld_ratios, "trust": trust, "welds, changes": weld_changes, "welds, rule": weld_rule, "choices": choices, "verification": verification, "disc on plate": disc_on_plate, "mass scaling": mass_scaling,
+    "welds": welds, "welds, ratios": weld_ratios, "trust": trust, "welds, changes": weld_changes, "welds, rule": weld_rule, "welds, rabe": rabe, "choices": choices, "verification": verification, "disc on plate": disc_on_plate, "mass scaling": mass_scaling,
     "scaling": scaling, "plates": plates, "speed": speed, "features": features, "kernels": kernels, "cooling": cooling, "annealing": annealing, "calibration": calibration,
     "sleeping, tilted": kept(SLEEPING, "tilted tool at x = 25 mm"),
     "heat plates": heat_plates, "heat slab": heat_slab, "heat steps": heat_steps, "heat tolerance": heat_tolerance,
