@@ -38,10 +38,10 @@ module contact_tool_impulses
                                 restore_masses, restore_fractions, find_separate_sides
   use simulation_nodes, only: min_node_inertia, min_node_mass, nodes_t
   use simulation_parts, only: simulation_t
-  use simulation_tool_lists, only: add_values, m_touching, m_last_impulse, m_pushed, n_both, &
-                                   n_masses, n_values, load_return, v_transition, v_coulomb, &
-                                   v_directed, v_limit, v_wanted, v_stick, v_normal, &
-                                   v_max_friction
+  use simulation_tool_lists, only: add_values, directed_share, m_touching, m_last_impulse, &
+                                   m_pushed, n_both, n_masses, n_values, load_return, &
+                                   v_transition, v_coulomb, v_directed, v_limit, v_wanted, &
+                                   v_stick, v_normal, v_max_friction
   use tools_law, only: friction_law_t, of_slip
   use tools_tool, only: rigid_t, tool_t
   implicit none (type, external)
@@ -311,18 +311,6 @@ contains
     friction_fraction_of = law%friction(values(v_stick:v_stick + 2), part*values(v_coulomb), &
                                  part*values(v_max_friction), part*values(v_transition))
   end function friction_fraction_of
-
-  !> Share of the limit of friction of a node that remains if the friction of each particle has the
-  !> direction of its own slip. Around the axis of a tool that spins it is less than 1. With 1 the
-  !> arm of the torque would be too long: the nodes of a particle are on the average farther from
-  !> the axis.
-  pure real(rp) function directed_share(values)
-    real(rp), intent(in) :: values(:)
-
-    directed_share = 1.0_rp
-    if (values(v_limit) > 0.0_rp) directed_share = max(0.0_rp, 1.0_rp &
-      - (values(v_wanted) - norm2(values(v_directed:v_directed + 2)))/values(v_limit))
-  end function directed_share
 
   !> Store the contact history of the particles: the unused Coulomb friction, which decays with the
   !> relaxation time, or, for a law that uses the mean pressure, the mean Coulomb force; and the

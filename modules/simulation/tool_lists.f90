@@ -7,7 +7,8 @@ module simulation_tool_lists
   implicit none (type, external)
   private
 
-  public :: add_values, candidates_t, contact_particle_t, load_return, tool_contact_t
+  public :: add_values, candidates_t, contact_particle_t, directed_share, load_return, &
+            tool_contact_t
 
   ! Indices of the values that touching particles add to a node:
   integer, parameter, public :: &
@@ -310,5 +311,17 @@ contains
       values(:n_values, entry(i)) = values(:n_values, entry(i)) + weight(i)*own
     end do
   end subroutine add_values
+
+  !> Share of the limit of friction of a node that remains if the friction of each particle has the
+  !> direction of its own slip. Around the axis of a tool that spins it is less than 1. With 1 the
+  !> arm of the torque would be too long: the nodes of a particle are on the average farther from
+  !> the axis.
+  pure real(rp) function directed_share(values)
+    real(rp), intent(in) :: values(:)
+
+    directed_share = 1.0_rp
+    if (values(v_limit) > 0.0_rp) directed_share = max(0.0_rp, 1.0_rp &
+      - (values(v_wanted) - norm2(values(v_directed:v_directed + 2)))/values(v_limit))
+  end function directed_share
 
 end module simulation_tool_lists
