@@ -24,6 +24,11 @@
 !> Friction is limited at the nodes, where the pressure of neighbouring particles is averaged: by
 !> Coulomb's law and by the shear strength of the material.
 !>
+!> With MUSL and USAVG, whose strains follow velocities mapped again from the particle centres,
+!> contact of elastic material acts at the centres: an impulse on the light outer nodes would not
+!> affect the strain, and a bar that hits a tool would ring for long. There a step applies a
+!> fraction of m e/s and does not start from the force of the last one.
+!>
 !> Coulomb's law applies to sustained forces, but contact of single particles is intermittent: a
 !> particle resting on the tool touches it in only a part of the steps. Unused Coulomb friction is
 !> kept for the relaxation time of contact (`layout%coulomb_reserve`, a particle field). Where metal
@@ -38,9 +43,9 @@ module contact_tool_impulses
                                 restore_masses, restore_fractions, find_separate_sides
   use simulation_nodes, only: min_node_inertia, min_node_mass, nodes_t
   use simulation_parts, only: simulation_t
-  use simulation_tool_lists, only: add_values, directed_share, m_touching, m_last_impulse, &
-                                   m_pushed, n_both, n_masses, n_values, load_return, &
-                                   v_transition, v_coulomb, v_directed, v_limit, v_wanted, &
+  use simulation_scene, only: scheme_usl
+  use simulation_tool_lists, only: add_values, m_touching, m_last_impulse, m_pushed, n_both, &
+                                   n_masses, n_values, load_return, v_transition, v_coulomb, &
                                    v_stick, v_normal, v_max_friction
   use tools_law, only: friction_law_t, of_slip
   use tools_tool, only: rigid_t, tool_t
@@ -49,6 +54,10 @@ module contact_tool_impulses
 
   public :: find_contact, find_impulses, apply_impulses
 
+  real(rp), parameter :: impulse_fraction_remapped = 0.7_rp  !! fraction of the impulse applied
+                                                             !! where strains follow velocities
+                                                             !! mapped again: the full impulse
+                                                             !! causes ringing
   real(rp), parameter :: band = 3.51_rp  !! distance from the tool up to which nodes are listed
                                          !! [cells]: not an integer, so that rounding does not
                                          !! decide and all ranks list the same nodes
@@ -69,7 +78,7 @@ contains
     call list_nodes(sim, sim%tool(k), g)
     call mark_held(sim)
     call find_contact_particles(sim, k, group, dt, g)
-    call add_masses(sim)
+    call add_masses(sim, sim%scene%method%scheme /= scheme_usl)
     call reflect_masses(sim)
   end subroutine find_contact
 
@@ -177,8 +186,10 @@ contains
 
   !> Sum at the nodes the masses of the particles in contact, the masses of the pushed ones, and the
   !> impulses by the forces of the last step.
-  subroutine add_masses(sim)
+  subroutine add_masses(sim, remaps_velocities)
     type(simulation_t), intent(inout) :: sim
+    logical, intent(in) :: remaps_velocities          !! strains follow velocities mapped again from
+                                                      !! the particles (MUSL, USAVG)
     real(rp) :: mass(n_masses)
     integer :: i, p
 
@@ -186,7 +197,8 @@ contains
       do p = 1, contact%n
         associate (t => contact%particle(p))
           call contact%find_nodes(sim%nodes%patch%stride, t)
-          if (t%closing_velocity <= 0.0_rp) t%normal_impulse = 0.0_rp
+          if (t%closing_velocity <= 0.0_rp .or. remaps_velocities) t%normal_impulse = 0.0_rp
+          if (remaps_velocities) t%last_friction = 0.0_rp
           mass = 0.0_rp
           mass(m_touching) = t%mass
           if (max(t%closing_velocity, t%edge_closing_velocity) > 0.0_rp) mass(m_pushed) = t%mass
@@ -205,9 +217,10 @@ contains
     type(simulation_t), intent(inout) :: sim
     type(tool_t), intent(in) :: tool
     real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
-    real(rp) :: counted, kept, least, push, returned, s(5), values(n_values)
+    real(rp) :: counted, kept, least, part, push, returned, s(5), values(n_values)
     integer :: e, p
 
+    part = merge(1.0_rp, impulse_fraction_remapped, sim%scene%method%scheme == scheme_usl)
     least = min_node_inertia(sim%scene, sim%clock)
     associate (contact => sim%contact)
       do e = 1, contact%n_nodes
@@ -222,7 +235,7 @@ contains
           returned = dot_product(s(3:), t%normal)
           if (t%max_friction > molten_limit) t%stick_impulse = t%last_friction &
             - t%mass/s(1)*(t%slip + s(3:) - returned*t%normal)
-          push = t%mass/s(2)
+          push = part*t%mass/s(2)
           t%lasting_impulse = 0.0_rp
           if (t%closing_velocity > 0.0_rp) then
             kept = 1.0_rp
@@ -250,10 +263,6 @@ contains
           values(v_coulomb) = t%coulomb_impulse
           values(v_max_friction) = t%max_friction
           values(v_transition) = t%transition
-          values(v_limit) = min(t%coulomb_impulse, t%max_friction)
-          values(v_wanted) = min(values(v_limit), norm2(t%stick_impulse))
-          values(v_directed:v_directed + 2) = values(v_wanted)*t%stick_impulse &
-            /max(tiny(1.0_rp), norm2(t%stick_impulse))
           call add_values(t%entry, t%weight, values, contact%width, contact%n_nodes, contact%values)
         end associate
       end do
@@ -293,8 +302,7 @@ contains
     do e = 1, sim%contact%n_nodes
       sim%contact%coulomb_unused(e) = 0.0_rp
       associate (values => sim%contact%values(:, e))
-        if (values(v_coulomb) > 0.0_rp) sim%contact%coulomb_unused(e) = max(0.0_rp, &
-          directed_share(values) &
+        if (values(v_coulomb) > 0.0_rp) sim%contact%coulomb_unused(e) = max(0.0_rp, 1.0_rp &
           - sim%contact%friction_fraction(e)*norm2(values(v_stick:v_stick + 2))/values(v_coulomb))
       end associate
     end do
@@ -305,11 +313,9 @@ contains
   pure real(rp) function friction_fraction_of(law, values)
     type(friction_law_t), intent(in) :: law
     real(rp), intent(in) :: values(n_values)
-    real(rp) :: part
 
-    part = directed_share(values)
-    friction_fraction_of = law%friction(values(v_stick:v_stick + 2), part*values(v_coulomb), &
-                                 part*values(v_max_friction), part*values(v_transition))
+    friction_fraction_of = law%friction(values(v_stick:v_stick + 2), values(v_coulomb), &
+                                 values(v_max_friction), values(v_transition))
   end function friction_fraction_of
 
   !> Store the contact history of the particles: the unused Coulomb friction, which decays with the

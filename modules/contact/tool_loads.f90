@@ -10,8 +10,8 @@ module contact_tool_loads
   use simulation_nodes, only: nodes_t
   use simulation_parts, only: simulation_t
   use simulation_scene, only: scene_t
-  use simulation_tool_lists, only: contact_particle_t, directed_share, tool_contact_t, &
-                                   v_coulomb, v_stick, v_normal, v_max_friction
+  use simulation_tool_lists, only: contact_particle_t, tool_contact_t, v_coulomb, v_stick, &
+                                   v_normal, v_max_friction
   use tools_tool, only: rigid_t, s_area, s_excess_speed, s_face_temperature, s_layer_slip, &
                         s_layer_work, s_surface_speed, s_surface_slip, s_layer_strength, &
                         s_layer_thickness, s_to_plate, tool_t
@@ -190,8 +190,7 @@ contains
         if (t%entry(i) == 0) cycle
         associate (values => contact%values(:, t%entry(i)))
           used = used + t%weight(i)*contact%friction_fraction(t%entry(i)) &
-                 *norm2(values(v_stick:v_stick + 2)) &
-                 /max(directed_share(values)*values(v_max_friction), tiny(1.0_rp))
+                 *norm2(values(v_stick:v_stick + 2))/max(values(v_max_friction), tiny(1.0_rp))
         end associate
       end do
       used = min(1.0_rp, used*t%max_friction/t%layer_strength)

@@ -14,8 +14,7 @@ module contact_tool_walls
   use simulation_parts, only: simulation_t
   use simulation_run, only: e_wall
   use simulation_scene, only: scene_t
-  use simulation_tool_lists, only: m_last_impulse, n_both, n_masses, n_values, v_directed, &
-                                   v_normal, v_stick
+  use simulation_tool_lists, only: m_last_impulse, n_both, n_masses, n_values, v_normal, v_stick
   use tools_tool, only: rigid_t
   implicit none (type, external)
   private
@@ -101,7 +100,6 @@ contains
     do i = 0, width - n_values, n_values         ! of one side or of both
       sign(i + v_normal:i + v_normal + 2) = v
       sign(i + v_stick:i + v_stick + 2) = v
-      sign(i + v_directed:i + v_directed + 2) = v
     end do
   end function wall_signs
 

@@ -11,7 +11,7 @@ module mpm_sweeps
   use mpm_fbar, only: add_volume
   use mpm_prescribed, only: add_prescribed_force, record_prescribed_work
   use mpm_tractions, only: record_traction_work
-  use particles_store, only: f_flow, f_mass, f_pos, f_rate, f_tau, f_temp, f_vel, far_bit, n_to_grid
+  use particles_store, only: f_flow, f_mass, f_pos, f_rate, f_tau, f_temp, f_vel, n_to_grid
   use simulation_parts, only: simulation_t
   use simulation_run, only: outcome_t
   use simulation_scene, only: scheme_usavg, scheme_usl
@@ -133,8 +133,7 @@ contains
   end subroutine map_volume
 
   !> Update the particles from the grid: move them with `g_motion`, then update the stress over
-  !> `dt_stress` with the gradient of `g_strain` (near tools over `dt` with that of `g_motion`; in
-  !> USL both are the same).
+  !> `dt_stress` with the gradient of `g_strain` (the same grid in USL).
   subroutine grid_to_particles(sim, dt, g_motion, g_strain, dt_stress, outcome)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt, dt_stress
@@ -162,13 +161,8 @@ contains
       call sim%particles%fetch(sim%particles%order(min(i + 1, sim%particles%n_awake)), &
                                sim%particles%nf)
       k = group_of(sim, b)
-      if (is_near_tools(sim, b)) then
-        call advance_block(sim, b, sim%particles%count(b), dt, g_motion(:, :, k), &
-                           g_motion(:, :, k), dt, sim%particles%ps(:, :, b), outcome)
-      else
-        call advance_block(sim, b, sim%particles%count(b), dt, g_motion(:, :, k), &
-                           g_strain(:, :, k), dt_stress, sim%particles%ps(:, :, b), outcome)
-      end if
+      call advance_block(sim, b, sim%particles%count(b), dt, g_motion(:, :, k), g_strain(:, :, k), &
+                         dt_stress, sim%particles%ps(:, :, b), outcome)
     end do
   end subroutine blocks_to_particles
 
@@ -190,7 +184,7 @@ contains
         return
       end if
       if (sim%scene%method%scheme /= scheme_usl) then
-        call move_block(sim, b, n, dt, g_motion, g_strain, nf, ps, w, first, v, dv, l, &
+        call move_block(sim, body, n, dt, g_motion, g_strain, nf, ps, w, first, v, dv, l, &
                         outcome%speed2)
       else
         call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
@@ -212,12 +206,11 @@ contains
     end associate
   end subroutine advance_block
 
-  !> With MUSL and USAVG, move particles, whose velocities were updated before, with `g_motion`;
-  !> return the velocity `v` and its change `dv` at the particles, and the velocity gradient `l` of
-  !> `g_strain`.
-  subroutine move_block(sim, b, n, dt, g_motion, g_strain, nf, ps, w, first, v, dv, l, speed2)
+  !> MUSL, USAVG: move particles, whose velocities were updated before, with `g_motion`; return the
+  !> velocity `v` and its change `dv` at the particles, and the velocity gradient `l` of `g_strain`.
+  subroutine move_block(sim, body, n, dt, g_motion, g_strain, nf, ps, w, first, v, dv, l, speed2)
     type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: b, n, nf
+    integer, intent(in) :: body, n, nf
     real(rp), intent(in) :: dt
     real(rp), intent(in) :: g_motion(8, sim%nodes%patch%nn), g_strain(8, sim%nodes%patch%nn)
     real(rp), intent(inout) :: ps(nlane, nf), speed2
@@ -225,15 +218,13 @@ contains
     integer, intent(out) :: first(nlane)
     real(rp) :: u(nlane, 7)
 
-    call gather_lanes(sim%scene, sim%nodes, sim%particles%body(b), n, nf, ps, 1, 7, g_motion, &
-                      sim%nodes%rec, w, first, u)
+    call gather_lanes(sim%scene, sim%nodes, body, n, nf, ps, 1, 7, g_motion, sim%nodes%rec, w, &
+                      first, u)
     u(n + 1:, :) = 0.0_rp
     v = u(:, 1:3)
     dv = u(:, 5:7)
     u(:, 5:7) = 0.0_rp
-    if (sim%scene%method%scheme == scheme_usavg .and. .not. is_near_tools(sim, b)) then
-      u(:, 1:3) = v - 0.5_rp*dv
-    end if
+    if (sim%scene%method%scheme == scheme_usavg) u(:, 1:3) = v - 0.5_rp*dv
     call advance_particles(n, dt, 0.0_rp, u, u(1, 5), ps(1, f_pos), ps(1, f_vel), speed2)
     call gather_slopes(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, g_strain, &
                        sim%nodes%rec, l)
@@ -252,8 +243,7 @@ contains
                          ps(1, sim%scene%layout%affine))
   end subroutine store_affine
 
-  !> With USAVG, update the stress far from tools over `dt` with the velocity field `g`, at
-  !> unchanged positions.
+  !> Update the stress over `dt` with the velocity field `g`, at unchanged positions.
   subroutine update_stress(sim, dt, g, outcome)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
@@ -261,7 +251,6 @@ contains
     integer :: b
 
     do b = 1, sim%particles%nblk
-      if (is_near_tools(sim, b)) cycle
       call sim%particles%fetch(b + 1, sim%particles%nf)
       call strain_block(sim, sim%particles%body(b), sim%particles%count(b), dt, &
                         g(:, :, group_of(sim, b)), sim%particles%nf, sim%particles%ps(:, :, b), &
@@ -286,15 +275,6 @@ contains
     call average_volume(sim, body, n, w, first, nf, ps)
     call update_block_stress(sim, body, n, dt, l, nf, ps, outcome)
   end subroutine strain_block
-
-  !> True if block `b` may be near a tool: with every scheme its strain then follows the velocities
-  !> that contact gives to the nodes (USL; docs/method.md, contact with the tool).
-  pure logical function is_near_tools(sim, b)
-    type(simulation_t), intent(in) :: sim
-    integer, intent(in) :: b
-
-    is_near_tools = .not. btest(sim%particles%tag(1, b), far_bit)
-  end function is_near_tools
 
   !> Velocity-field group of block `b`.
   pure integer function group_of(sim, b)

@@ -7,8 +7,7 @@ module simulation_tool_lists
   implicit none (type, external)
   private
 
-  public :: add_values, candidates_t, contact_particle_t, directed_share, load_return, &
-            tool_contact_t
+  public :: add_values, candidates_t, contact_particle_t, load_return, tool_contact_t
 
   ! Indices of the values that touching particles add to a node:
   integer, parameter, public :: &
@@ -17,11 +16,8 @@ module simulation_tool_lists
     v_coulomb = 7, &       !! Coulomb limit of friction, of this step and kept from earlier ones [N
                            !! s]
     v_max_friction = 8, &  !! largest friction, by strength and law [N s]
-    v_transition = 9, &    !! friction at which the law changes its form [N s]
-    v_limit = 10, &        !! limits of friction of the particles [N s]
-    v_wanted = 11, &       !! parts of these limits that would stop the slip [N s]
-    v_directed = 12        !! these parts along the slip of each particle, 3 components
-  integer, parameter, public :: n_values = 14
+    v_transition = 9       !! friction at which the law changes its form [N s]
+  integer, parameter, public :: n_values = 9
   integer, parameter, public :: n_both = 2*n_values   !! both sides, the second for nodes behind
                                                       !! planes with `has_separate_sides`
 
@@ -311,17 +307,5 @@ contains
       values(:n_values, entry(i)) = values(:n_values, entry(i)) + weight(i)*own
     end do
   end subroutine add_values
-
-  !> Share of the limit of friction of a node that remains if the friction of each particle has the
-  !> direction of its own slip. Around the axis of a tool that spins it is less than 1. With 1 the
-  !> arm of the torque would be too long: the nodes of a particle are on the average farther from
-  !> the axis.
-  pure real(rp) function directed_share(values)
-    real(rp), intent(in) :: values(:)
-
-    directed_share = 1.0_rp
-    if (values(v_limit) > 0.0_rp) directed_share = max(0.0_rp, 1.0_rp &
-      - (values(v_wanted) - norm2(values(v_directed:v_directed + 2)))/values(v_limit))
-  end function directed_share
 
 end module simulation_tool_lists

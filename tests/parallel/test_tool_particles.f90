@@ -101,12 +101,13 @@ contains
     integer, intent(inout) :: n(2)
     type(rigid_t) :: rigid
     real(rp) :: closing, gap, half, normal(3), off, room, slip(3), u(3), x(3), zone
-    logical :: can_flow, is_equal, is_listed, is_near, is_whole, touches
+    logical :: at_surface, can_flow, is_equal, is_listed, is_near, is_whole, touches
     integer :: b, c, p
 
     rigid = sim%tool(1)%mean_motion(sim%clock%time, dt)
     can_flow = allocated(sim%scene%material(1)%flow)
-    zone = 0.02_rp*h
+    at_surface = can_flow .or. sim%scene%method%scheme == scheme_usl
+    zone = merge(0.02_rp*h, 0.0_rp, at_surface)
     half = 0.25_rp*h
     is_equal = .true.
     is_whole = .true.
@@ -115,9 +116,9 @@ contains
       do p = 1, sim%particles%count(b)
         x = sim%particles%ps(p, f_pos:f_pos + 2, b)
         call sim%tool(1)%distance(x, gap, normal, room)
-        u = v + matmul(l, x - half*normal)
+        u = v + matmul(l, x - merge(half, 0.0_rp, at_surface)*normal)
         if (.not. can_flow) u = u + matmul(l, to_covered(sim, x, normal, room) &
-                                              *(1.0_rp - abs(normal)))
+                                              *(1.0_rp - merge(abs(normal), 0.0_rp, at_surface)))
         call sim%tool(1)%distance(x + dt*u, gap, normal, room)
         gap = gap - half
         call find_closing_velocity(dt, dt, zone, &
@@ -126,7 +127,7 @@ contains
                                    u - rigid%velocity_at(x - half*normal + 0.5_rp*dt*u), closing, &
                                    slip)
         touches = gap < zone .and. closing > 0.0_rp
-        is_near = sim%tool(1)%friction_coefficient > 0.0_rp .and. gap < half
+        is_near = at_surface .and. sim%tool(1)%friction_coefficient > 0.0_rp .and. gap < half
         n = n + merge([1, 0], [0, 1], touches)
         is_listed = .false.
         do c = 1, sim%contact%n

@@ -100,7 +100,7 @@ def test_what_is_installed(place, words, has_tests):
     done, notes = local(place, *words)
     assert done.returncode == 0, done.stderr
     pip = next(call for call in notes if call[:4] == ["python", "-m", "pip", "install"])
-    assert (str(place / "postproc/requirements.txt") in pip) == has_tests and pip[-2:] == ["-e", str(place / "postproc")]
+    assert (str(place / "postproc/requirements.txt") in pip) == has_tests and pip[-2:] == ["-e", str(place / "postproc") + "[all]"*has_tests]
     before = stamp.read_text()
     done, notes = local(place, "build")
     assert "Setting up Python" not in done.stdout and stamp.read_text() == before
