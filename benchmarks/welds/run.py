@@ -58,7 +58,7 @@ def weld(metal, thickness, shoulder, pin, length, rpm, speed, reported, tilt=2.0
 
 def rabe(metal, thickness, rpm, speed, left):
     """A weld of Rabe, Reisgen and Schiebahn (2023): rpm, speed in mm/min, metal left under the trailing edge of the shoulder [mm]."""
-    length, tilt = (2.85, 1.5) if thickness == 3.0 else (1.42, 1.5)
+    length, tilt = 2.85 if thickness == 3.0 else 1.42, 1.5
     return weld(metal, thickness, 14.0, 5.0, length, rpm, speed / 60, dict(), tilt=tilt, concavity=7.0,
                 tip=5.0 - 2 * length * np.tan(np.radians(10.0)), depth=thickness - left - 7.0 * np.sin(np.radians(tilt)),
                 backing=8.0, scaling=4e5)
@@ -111,7 +111,8 @@ def text_of(name, variant=None, film=FILM, friction=None, radii=TRAVEL):
     """The input of a weld."""
     w = WELDS[name]
     thin, thick, scaling = VARIANTS.get(variant, RULE)
-    scaling = w["scaling"] or scaling
+    if not variant:
+        scaling = w["scaling"] or scaling
     h = w["thickness"] / (thin if w["thickness"] <= 4.0 else thick)
     radius = w["shoulder"] / 2
     size_x, size_y = h * round((4.0 + radii) * radius / h), 2 * h * round(2.25 * radius / h)    # walls on nodes

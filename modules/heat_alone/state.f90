@@ -242,7 +242,6 @@ contains
       call read_heat_checkpoint(run%heat%world, path, mesh%lo - 1, planes, of_run, error)
       if (error%is_set()) return
       of_run%place = path//': /global'
-      deallocate (of_run%stored)       ! the number of values of the integrator is not known yet
       call pass_numbers(run, of_run)
       n_own = of_run%n
       call check_restart_data(of_run)

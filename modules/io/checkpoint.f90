@@ -151,6 +151,7 @@ contains
     call read_attribute(file, '/', 'ranks', ranks)
     call read_attribute(file, '/', 'fields', nf)
     call read_global(file, global)
+    call read_text(file, '/names', global%stored)
     if (.not. file%error%is_set()) same_ranks = ranks == world%size
     if (same_ranks) call read_boxes(file, world, boxes)
     call read_local(file, world, same_ranks, local%value)
@@ -219,7 +220,7 @@ contains
     end if
   end subroutine check_lanes
 
-  !> Read the numbers of the run and their names.
+  !> Read the numbers of the run.
   subroutine read_global(file, global)
     type(h5file_t), intent(inout) :: file
     type(numbers_t), intent(inout) :: global
@@ -229,7 +230,6 @@ contains
     allocate (global%value(product(dims)), source=0.0_rp)
     call read_array(file, '/global', 0_i8, global%value)
     global%place = '/global'
-    call read_text(file, '/names', global%stored)
   end subroutine read_global
 
   !> Read the boxes of all ranks.

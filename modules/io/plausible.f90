@@ -25,7 +25,7 @@ module io_plausible
     real(rp), allocatable :: value(:)
     logical :: is_read = .true.              !! numbers are read, otherwise written
     integer :: n = 0                         !! numbers expected so far
-    character(:), allocatable :: stored      !! names in the file, if it is read
+    character(:), allocatable :: stored      !! names in the file; not allocated: not to compare
     character(:), allocatable, private :: buffer   !! names so far, and room for more
     integer, private :: used = 0             !! characters of `buffer`
     type(error_t) :: error

@@ -3,9 +3,9 @@
 !>
 !> Where a sheet deflects by w(x), a nodal velocity along it that is zero at all particles and has
 !> the gradient -w' there relieves all shear, without energy. Particles do not move with it, but USL
-!> (near tools all schemes) strains them with it, so that a sheet under a lasting load sinks without
-!> end. One layer has such velocities, and two layers that share two of four nodes or none; three
-!> layers keep more than half of the stiffness in shear (docs/method.md, time integration).
+!> strains them with it, so that a sheet under a lasting load sinks without end. One layer has such
+!> velocities, and two layers that share two of four nodes or none; three layers keep more than half
+!> of the stiffness in shear (docs/method.md, time integration).
 module setup_check_sheets
   use base_kinds, only: rp
   use input_values, only: input_t
@@ -31,7 +31,7 @@ contains
     character(1), parameter :: axes(3) = ['x', 'y', 'z']
     integer :: a, b
 
-    if (scene%method%scheme /= scheme_usl .and. size(tool) == 0) return
+    if (scene%method%scheme /= scheme_usl) return
     call read_all_solids(input, solids)
     do b = 1, size(solids)
       if (scene%body(b)%is_rigid() .or. scene%body(b)%is_round) cycle

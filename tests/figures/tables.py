@@ -277,14 +277,19 @@ MEANT = {"coarse": "larger cells", "fine": "smaller cells", "light": "mass scali
 
 def shown_welds():
     """Welds by the rule, without those of Rabe."""
-    return [weld for weld in measures.lines(measures.ROOT / WELDS) if not {"variant", "set"} & weld.keys() and not weld["weld"].startswith("rabe")]
+    return [weld for weld in by_name(measures.lines(measures.ROOT / WELDS)) if not {"variant", "set"} & weld.keys() and not weld["weld"].startswith("rabe")]
+
+
+def by_name(welds):
+    """In the order of the parts of their names, numbers by size."""
+    return sorted(welds, key=lambda weld: [(0, int(part), "") if part.isdigit() else (1, 0, part) for part in weld["weld"].split("-")])
 
 
 def rabe(_):
     """The welds of Rabe, in the order of travel and rotational speed: loads, temperature, and the largest void with its place."""
     found = [weld for weld in measures.lines(measures.ROOT / WELDS) if weld["weld"].startswith("rabe") and "set" not in weld]
     rows = []
-    for weld in sorted(found, key=lambda weld: [int(part) if part.isdigit() else part for part in weld["weld"].split("-")[3:]]):
+    for weld in by_name(found):
         _, alloy, thickness, rpm, speed, depth = weld["weld"].split("-")
         place = f"{weld['void_below']:.1f} below, {weld['void_beside']:+.1f} beside" if "void_below" in weld else ""
         rows.append([f"AA{alloy}, {thickness} mm", rpm, speed, depth, f"{weld['force']:.1f}", f"{weld['plunge']:.0f}", f"{weld['torque']:.0f}",
@@ -361,8 +366,9 @@ def weld_changes(_):
         cells = MEANT.get(variant, "")
         rows.append([name, f"`{value}`" + (f" ({cells})" if cells else "") if value else cells,
                      *(f"{100.0 * (weld[key] / own[key] - 1.0):+.1f} %" for key, _, _ in SHOWN),
-                     *(f"{round(weld[key] - own[key]):+d} K" for key in ("face", "hottest"))])
-    return table(["weld", "changed", "torque", "axial force", "power", "face", "hottest"], rows)
+                     *(f"{round(weld[key] - own[key]):+d} K" for key in ("face", "hottest")),
+                     f"{own['void']:.1f} -> {weld['void']:.1f}" if "void" in weld else ""])
+    return table(["weld", "changed", "torque", "axial force", "power", "face", "hottest", "largest void [mm2]"], rows)
 
 
 def weld_rule(_):

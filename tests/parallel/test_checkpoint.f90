@@ -26,6 +26,7 @@ program test_checkpoint
   call test_empty()
   call test_other_ranks()
   call test_damage()
+  call test_names()
   deallocate (base)
   call end_tests()
 
@@ -216,5 +217,37 @@ contains
     call expect('no particles', q%nblk == 0)
     call q%free()
   end subroutine expect_bad
+
+  !> Numbers of a file with other names, or another number of them, are refused; the message has the
+  !> first name that differs.
+  subroutine test_names()
+    character(1), parameter :: nl = new_line('a')
+
+    call compare('2 a speed'//nl//'1 a time'//nl, '')
+    call compare('2 a speed'//nl//'1 a force'//nl, '1 a force instead of 1 a time')
+    call compare('1 a speed'//nl//'2 a time'//nl, '1 a speed instead of 2 a speed')
+    call compare('2 a speed'//nl, 'nothing instead of 1 a time')
+    call compare('2 a speed'//nl//'1 a time'//nl//'1 a force'//nl, '1 a force instead of nothing')
+  end subroutine test_names
+
+  !> Read two speeds and a time from numbers with the names `stored`.
+  subroutine compare(stored, message)
+    character(*), intent(in) :: stored, message
+    type(numbers_t) :: numbers
+    real(rp) :: speed(2), time
+
+    numbers = numbers_t(value=[1.0_rp, 2.0_rp, 3.0_rp])
+    numbers%place = '/global'
+    numbers%stored = stored
+    call numbers%pass(2, speed, 'a speed')
+    call numbers%pass_one(time, 'a time')
+    call numbers%finish()
+    if (message == '') then
+      call expect_no_error('numbers with their names', numbers%error)
+      call expect('named numbers', all([speed, time] == [1.0_rp, 2.0_rp, 3.0_rp]))
+    else
+      call expect_error('numbers with other names', numbers%error, message)
+    end if
+  end subroutine compare
 
 end program test_checkpoint
