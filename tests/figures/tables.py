@@ -406,7 +406,7 @@ ALL = {
     "disc on a hot plate": kept(PLATE, "disc on a hot plate"), "graded band": kept(BAND, "graded band"),
     **{f"passes, {title}": kept(PASSES, title) for title in ("cavity 1", "cavities", "AA5005", "experiments", "grains",
                                                             "mass scaling", "valley", "valley, laws", "runs")},
-    **{f"new scenes, {title}": kept(BEGIN, title) for title in ("scenes", "pin")},
+    "new scenes": kept(BEGIN, "scenes"),
 }
 
 SERIES = "benchmarks/work_precision/results.md"
