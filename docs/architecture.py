@@ -55,6 +55,10 @@ ENTERED = {
 # Blocks come back from the grid while sums of contact are on their way: no way of its own to the kernels.
 WAITING = ("step_schedule", "sum_with_overlap")
 
+FORTRAN = {".f90", ".F90"}
+# Libraries of others, and the modules or headers by which a source uses them.
+LIBRARIES = {"MPI::MPI_Fortran": ["mpi_f08"], "MPI::MPI_C": ["mpi.h"], "hdf5::fortran": ["hdf5"]}
+
 LAYERS = re.compile(r"(<!-- layers: .*?-->\n)(.*?)(<!-- end of the layers -->)", re.DOTALL)
 CONTENT = re.compile(r"^\|[^|]*\| `(\w+)` \|[^|]*\| ([^|]+) \|$", re.MULTILINE)
 STEP = re.compile(r"<!-- step: .*?-->\n```\n(.*?)```\n<!-- end of the step -->", re.DOTALL)
@@ -160,6 +164,39 @@ def check_uses(sources, layers):
         yield f"a cycle of layers: {', '.join(group)}"
 
 
+def links_of(root):
+    """Targets of CMake: (name, its source files, the names of the libraries that it is linked to)."""
+    text = (root / "CMakeLists.txt").read_text(encoding="utf-8")
+    for name, body in re.findall(r"^add_layer\((\w+)\s(.*?)\)$", text, re.DOTALL | re.MULTILINE):
+        yield name, sorted((root / "modules" / name).iterdir()), body.partition("USES")[2].split()
+    for folder in (root, root / "tests"):
+        text = (folder / "CMakeLists.txt").read_text(encoding="utf-8")
+        for name, file, links in re.findall(r"^add_mpi_test\((\w+) +(\S+) [\d ]+ USES (.*?)\)$", text, re.MULTILINE):
+            yield name, [folder / file], links.split()
+        for name, files in re.findall(r"^add_(?:executable|library)\((\w+) (?:STATIC\s+)?([\w./\s]+)\)$", text, re.MULTILINE):
+            links = re.findall(rf"^target_link_libraries\({name} \w+ (.*?)\)$", text, re.MULTILINE)
+            yield name, [folder / file for file in files.split()], " ".join(links).split()
+
+
+def check_links(root):
+    """Every layer and library that a target is linked to is used by one of its sources."""
+    holds, uses = {name: set(modules) for name, modules in LIBRARIES.items()}, {}
+    for name, paths, links in links_of(root):
+        holds[name], used = set(), set()
+        for path in paths:
+            if path.suffix in FORTRAN:
+                module = call_graph.read_module(path)
+                holds[name].add(module.name)
+                used |= module.used
+            else:
+                used.update(re.findall(r"#include <(.*?)>", path.read_text(encoding="utf-8")))
+        uses[name] = links, used
+    for name, (links, used) in uses.items():
+        for link in links:
+            if link in holds and not used & holds[link]:
+                yield f"CMake: {name} is linked to {link}, which none of its sources uses"
+
+
 def takes_whole(sources, procedure):
     """Whether a procedure may take the whole simulation, and then has few other arguments."""
     return sources.modules[procedure.module].layer in WHOLE and procedure.module not in PARTS
@@ -232,7 +269,8 @@ def problems(root):
     """All that is out of date or out of bounds in a source tree."""
     layers, sources = layers_of(root), call_graph.Sources(root)
     text = (root / "docs/architecture.md").read_text(encoding="utf-8")
-    return [*check_text(root, text), *check_sizes(root), *check_uses(sources, layers), *check_owners(sources), *check_step(sources)]
+    return [*check_text(root, text), *check_sizes(root), *check_uses(sources, layers), *check_links(root),
+            *check_owners(sources), *check_step(sources)]
 
 
 def print_step(root):

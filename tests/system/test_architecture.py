@@ -15,9 +15,10 @@ import architecture  # noqa: E402
 @pytest.fixture(name="tree")
 def fixture_tree(tmp_path):
     """A copy of what the architecture is read from."""
-    for folder in ("modules", "docs"):
-        shutil.copytree(driver.ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("pictures"))
-    shutil.copy(driver.ROOT / "CMakeLists.txt", tmp_path)
+    for folder in ("modules", "docs", "src", "benchmarks", "tests/unit", "tests/parallel"):
+        shutil.copytree(driver.ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("pictures", "inputs"))
+    for file in ("CMakeLists.txt", "tests/CMakeLists.txt", "tests/check.f90"):
+        shutil.copy(driver.ROOT / file, tmp_path / file)
     return tmp_path
 
 
@@ -43,6 +44,18 @@ def long_file(tree):
 
 def use_upwards(tree):
     edit(tree, "modules/simulation/probes.f90", "  use grid_geometry", "  use io_histories, only: row_t\n  use grid_geometry")
+
+
+def unused_layer(tree):
+    edit(tree, "CMakeLists.txt", "USES base particles input simulation heat)", "USES base particles input tools simulation heat)")
+
+
+def unused_library(tree):
+    edit(tree, "CMakeLists.txt", "  USES base grid)", "  USES base grid hdf5::fortran)")
+
+
+def unused_by_a_test(tree):
+    edit(tree, "tests/CMakeLists.txt", "1 USES sleep)", "1 USES sleep input)")
 
 
 def cycle(tree):
@@ -105,6 +118,8 @@ SPOILED = {
     "lines": [(long_file, f"lines, more than {architecture.MOST_LINES}"), (use_upwards, "simulation has no USES io"),
               (whole_simulation, "takes the whole simulation"),
               (many_arguments, f"save_state has {1 + architecture.MOST_ARGUMENTS} arguments"),
+              (unused_layer, "hooks is linked to tools,"), (unused_library, "particles is linked to hdf5::fortran,"),
+              (unused_by_a_test, "test_sleep is linked to input,"),
               (old_table, "the table of the layers is out of date"),
               (unknown_procedure, "accept_any is not in modules/step/schedule.f90")],
     "kernel": [(kernel_renamed, "names what is not there: transfer_scatter.p2g_block")],
