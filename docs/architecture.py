@@ -6,6 +6,7 @@ lists of CMakeLists.txt (its last column is kept), and reports where document or
     docs/architecture.py           writes the table into docs/architecture.md
     docs/architecture.py --check   what is out of date or out of bounds; exit status 1 if anything is
     docs/architecture.py --step    the files that a step with a tool passes, and the way to the kernels
+    docs/architecture.py --metrics measures of size and coupling of the sources
 """
 
 import argparse
@@ -22,6 +23,8 @@ MOST_ARGUMENTS = 9          # of a procedure of these layers that a step with a 
 # Layers whose procedures may take the whole simulation, and modules of them that take parts alone:
 WHOLE = {"simulation", "mpm", "boundary", "contact", "heat", "hooks", "sleep", "output", "step", "run", "front"}
 PARTS = {"simulation_nodes", "simulation_probes", "mpm_blocks", "mpm_faces", "mpm_fbar", "mpm_stability"}
+
+REPEATED = 5                 # statements in the same order that count as a duplicate if they stand in two places
 
 SERVICES = {"base", "grid", "particles"}   # memory, messages, numbers of nodes, storage
 STEP_BEGINS = ("step_advance", "take_step")
@@ -55,6 +58,8 @@ ENTERED = {
 # Blocks come back from the grid while sums of contact are on their way: no way of its own to the kernels.
 WAITING = ("step_schedule", "sum_with_overlap")
 
+STAIRS = re.compile(r"^\s*!!.*$", re.MULTILINE)
+DECLARES = re.compile(r"use\b|.*::|end\b|implicit\b")
 FORTRAN = {".f90", ".F90"}
 # Libraries of others, and the modules or headers by which a source uses them.
 LIBRARIES = {"MPI::MPI_Fortran": ["mpi_f08"], "MPI::MPI_C": ["mpi.h"], "hdf5::fortran": ["hdf5"]}
@@ -283,15 +288,53 @@ def print_step(root):
     print("deepest: " + " > ".join(name for _, name in deepest(graph, STEP_BEGINS, {})))
 
 
+def repeated_statements(procedures):
+    """Statements of procedures that belong to a run of REPEATED equal statements standing elsewhere too."""
+    places = {}
+    for procedure in procedures:
+        for k in range(len(procedure.statements) - REPEATED + 1):
+            run = tuple(re.sub(r"\s+", " ", s) for s in procedure.statements[k:k + REPEATED])
+            if not all(DECLARES.match(s) for s in run):
+                places.setdefault(run, []).append((procedure.key, k))
+    return len({(key, k + i) for found in places.values() if len(found) > 1 for key, k in found for i in range(REPEATED)})
+
+
+def print_metrics(root):
+    """A table of two columns: what is measured in modules/, and its value."""
+    sources = call_graph.Sources(root)
+    procedures = list(sources.procedures())
+    arguments = [procedure.arguments for procedure in procedures]
+    statements = [s for procedure in procedures for s in procedure.statements]
+    depths = [len(chain) - 1 for s in statements for chain in call_graph.designators(s)]
+    texts = [path.read_text(encoding="utf-8") for path in (root / "modules").glob("*/*.[fF]90")]
+    carriers = sum(any(kind == "simulation_t" for kind, _ in procedure.variables.values()) for procedure in procedures)
+    for name, value in {
+            "lines": sum(text.count("\n") for text in texts),
+            "layers, files": f"{len(layers_of(root))}, {len(texts)}",
+            "procedures": len(procedures),
+            "arguments of a procedure: mean, most": f"{sum(arguments) / len(arguments):.1f}, {max(arguments)}",
+            f"procedures with more than {MOST_ARGUMENTS} arguments": sum(number > MOST_ARGUMENTS for number in arguments),
+            "procedures with a variable of type simulation_t": carriers,
+            "component references of one, two, three or more %": ", ".join(str(sum(map(test, depths))) for test in (
+                lambda depth: depth == 1, lambda depth: depth == 2, lambda depth: depth > 2)),
+            "continuation lines of comments behind code": sum(len(STAIRS.findall(text)) for text in texts),
+            f"statements in runs of {REPEATED} that stand in two places, of": f"{repeated_statements(procedures)}, {len(statements)}",
+            }.items():
+        print(f"{name:<60}{value}")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true", help="only say what is out of date or out of bounds")
     parser.add_argument("--step", action="store_true", help="only say what a step with a tool passes")
+    parser.add_argument("--metrics", action="store_true", help="only print measures of size and coupling")
     parser.add_argument("--root", type=pathlib.Path, default=pathlib.Path(__file__).resolve().parents[1],
                         help="another source tree")
     given = parser.parse_args()
     if given.step:
         print_step(given.root)
+    elif given.metrics:
+        print_metrics(given.root)
     elif given.check:
         found = problems(given.root)
         print("\n".join(found) if found else "architecture: as documented, within its bounds")

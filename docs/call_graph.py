@@ -125,7 +125,7 @@ def read_module(path):
         elif inside is not None:
             read_component(s, inside)
         elif match := PROCEDURE.match(s):
-            stack.append(Procedure(module.name, match.group(1), len(split_names(s[match.end():].partition(")")[0]))))
+            stack.append(Procedure(module.name, match.group(1), len([name for name in split_names(s[match.end():].partition(")")[0]) if name])))
             module.procedures[stack[-1].name] = stack[-1]
             declare(s[:match.start(1)].replace("function", "::"), {})
         elif re.match(r"end\s*(subroutine|function)\b", s):

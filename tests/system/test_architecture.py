@@ -137,3 +137,31 @@ def test_bound(tree, several):
     found = architecture.problems(tree)
     for _, wanted in SPOILED[several]:
         assert any(wanted in problem for problem in found), (wanted, found)
+
+
+MODULE = """module step_one
+contains
+  subroutine first(sim, n)
+    type(simulation_t), intent(inout) :: sim   !! a comment
+                                               !! of two lines
+    integer, intent(in) :: n
+    sim%a = n; sim%b%c = n; sim%b%d = n; sim%b%c%e(sim%a) = n; sim%f = 'x%y%z'
+  end subroutine first
+  subroutine second(sim)
+    type(simulation_t), intent(inout) :: sim
+    sim%a = n; sim%b%c = n; sim%b%d = n; sim%b%c%e(sim%a) = n; sim%f = 'x%y%z'
+  end subroutine second
+  subroutine third()
+  end subroutine third
+end module step_one
+"""
+
+
+def test_metrics(tmp_path, capsys):
+    """A source of known measures: two procedures with the same five statements."""
+    (tmp_path / "modules/step").mkdir(parents=True)
+    (tmp_path / "modules/step/one.f90").write_text(MODULE, encoding="utf-8")
+    (tmp_path / "CMakeLists.txt").write_text("add_layer(step\n  SOURCES one)\n", encoding="utf-8")
+    architecture.print_metrics(tmp_path)
+    values = [re.split(r" {2,}", line)[-1] for line in capsys.readouterr().out.splitlines()]
+    assert values == ["15", "1, 1", "3", "1.0, 2", "0", "2", "6, 4, 2", "1", "10, 13"]
