@@ -15,8 +15,9 @@ module contact_body_pairs
   use simulation_scene, only: scene_t, scheme_usavg
   use tools_pair, only: compute_pair_impulse, compute_pair_loss, is_apart, is_stuck, law_coulomb, &
                         moves_as_one, pair_law_t
-  use tools_tool, only: s_metal_slip, s_force, s_friction, s_normal_loss, s_normal_impulse, &
-                        s_tool_slip, s_to_plate, s_torque, s_work, tool_t
+  use tools_sums, only: s_force, s_friction, s_metal_slip, s_normal_impulse, s_normal_loss, &
+                        s_to_plate, s_tool_slip, s_torque, s_work
+  use tools_tool, only: tool_t
   implicit none (type, external)
   private
 

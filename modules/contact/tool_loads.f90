@@ -12,9 +12,10 @@ module contact_tool_loads
   use simulation_scene, only: scene_t
   use simulation_tool_lists, only: contact_particle_t, tool_contact_t, v_coulomb, v_stick, &
                                    v_normal, v_max_friction
-  use tools_tool, only: rigid_t, s_area, s_excess_speed, s_face_temperature, s_layer_slip, &
-                        s_layer_work, s_surface_speed, s_surface_slip, s_layer_strength, &
-                        s_layer_thickness, s_to_plate, tool_t
+  use tools_sums, only: s_area, s_excess_speed, s_face_temperature, s_layer_slip, &
+                        s_layer_strength, s_layer_thickness, s_layer_work, s_surface_slip, &
+                        s_surface_speed, s_to_plate
+  use tools_tool, only: rigid_t, tool_t
   implicit none (type, external)
   private
 

@@ -16,7 +16,7 @@ module output_checkpoint
   use sleep_motion, only: edge
   use tools_monitor, only: n_monitor
   use tools_motion, only: drive_t
-  use tools_tool, only: n_tool_sums
+  use tools_sums, only: n_tool_sums, tool_sum_of
   implicit none (type, external)
   private
 
@@ -252,7 +252,7 @@ contains
   subroutine pass_sums(sim, numbers)
     type(simulation_t), intent(inout) :: sim
     type(numbers_t), intent(inout) :: numbers
-    integer :: k
+    integer :: i, k
 
     associate (b => sim%budget)
       do k = 1, n_sums
@@ -264,7 +264,10 @@ contains
       call numbers%pass(size(b%impulse), b%impulse, 'the impulse of a wall or clamp [N s]')
       call numbers%pass(size(b%hooks), b%hooks, 'a sum of a hook')
       do k = 1, size(sim%tool)
-        call numbers%pass(n_tool_sums, sim%tool(k)%sums, 'a sum of a tool')
+        do i = 1, n_tool_sums
+          call numbers%pass_one(sim%tool(k)%sums(i), trim(tool_sum_of(i)%name)//' of a tool ['// &
+                                trim(tool_sum_of(i)%unit)//']')
+        end do
         call pass_reaction(sim%world, sim%tool(k)%drive, numbers)
       end do
     end associate

@@ -14,7 +14,7 @@ module output_guards
   use simulation_parts, only: simulation_t
   use simulation_scene, only: scene_t, scheme_usavg
   use tools_shape_revolved, only: revolved_t
-  use tools_tool, only: s_layer_strength, s_torque
+  use tools_sums, only: s_layer_strength, s_torque
   implicit none (type, external)
   private
 

@@ -17,27 +17,14 @@ module output_history
                             e_scaling, e_sleep, e_source, e_wall, e_wall_heat, sum_of
   use simulation_scene, only: scene_t
   use tools_heat_sink, only: backing_t
-  use tools_tool, only: n_tool_sums, s_area, s_excess_speed, s_face_temperature, s_force, &
-                        s_friction, s_heat, s_layer_slip, s_layer_strength, s_layer_thickness, &
-                        s_layer_work, s_metal_slip, s_normal_impulse, s_surface_slip, &
-                        s_surface_speed, s_tool_slip, s_torque, s_work, tool_t
+  use tools_sums, only: mean_of, n_tool_sums, s_area, s_face_temperature, s_force, s_friction, &
+                        s_heat, s_layer_slip, s_layer_strength, s_layer_thickness, s_layer_work, &
+                        s_surface_slip, s_surface_speed, s_torque, tool_sum_of
+  use tools_tool, only: tool_t
   implicit none (type, external)
   private
 
   public :: history_headings, make_history_row, faces_json, log_faces
-
-  !> Area means over the face where friction acts on material that can flow.
-  type :: face_means_t
-    real(rp) :: temperature = 0.0_rp         !! [K]
-    real(rp) :: shear_strength = 0.0_rp      !! [Pa]
-    real(rp) :: layer_thickness = 0.0_rp     !! [m]
-    real(rp) :: layer_slip = 0.0_rp          !! slip taken up by shear of the layer [m/s]
-    real(rp) :: sliding = 0.0_rp             !! remaining slip at the face [m/s]
-    real(rp) :: layer_velocity = 0.0_rp  !! mean velocity of the layer relative to its particles
-                                         !! [m/s]
-    real(rp) :: stick_share = 0.0_rp         !! 1 - sliding speed/tool speed
-    real(rp) :: layer_heat_share = 0.0_rp    !! share of the layer's work in the friction heat
-  end type face_means_t
 
 contains
 
@@ -170,24 +157,20 @@ contains
   !> such heat), and its current pose.
   subroutine add_tool(tool, d, per_second, row)
     type(tool_t), intent(in) :: tool
-    real(rp), intent(in) :: d(n_tool_sums)       !! increase of the sums of the tool since the last
-                                                 !! row
+    real(rp), intent(in) :: d(n_tool_sums)       !! increase of the sums since the last row
     real(rp), intent(in) :: per_second           !! 1 over the time since the last row [1/s]
     type(row_t), intent(inout) :: row
     character(:), allocatable :: name
-    real(rp) :: per_press, share
+    real(rp) :: share
+    integer :: k
 
     name = trim(tool%name)
-    per_press = 0.0_rp
-    if (d(s_normal_impulse) > 0.0_rp) per_press = 1.0_rp/d(s_normal_impulse)
+    do k = 1, n_tool_sums
+      if (.not. tool_sum_of(k)%is_of_face) call add_mean(name, d, k, per_second, row)
+      if (k == s_torque) call add_force(name, d(s_force:s_force + 2)*per_second, row)
+    end do
     share = 0.0_rp
     if (d(s_heat) > 0.0_rp) share = 100.0_rp*d(s_friction)/d(s_heat)
-    call row%add(name//'_torque', 'Nm', d(s_torque)*per_second)
-    call add_force(name, d(s_force:s_force + 2)*per_second, row)
-    call row%add(name//'_power', 'W', d(s_work)*per_second)
-    call row%add(name//'_friction_power', 'W', d(s_friction)*per_second)
-    call row%add(name//'_interface_velocity', 'm/s', d(s_metal_slip)*per_press)
-    call row%add(name//'_tool_velocity', 'm/s', d(s_tool_slip)*per_press)
     call row%add(name//'_friction_share', '%', share)
     call row%add(name//'_x', 'm', tool%position(1))
     call row%add(name//'_y', 'm', tool%position(2))
@@ -201,6 +184,19 @@ contains
     call row%add(name//'_heat_gained', 'J', tool%heat%gained)
     call row%add(name//'_heat_lost', 'J', tool%heat%lost)
   end subroutine add_tool
+
+  !> Add the column of sum `k` of a tool, if it has one.
+  subroutine add_mean(name, d, k, per_second, row)
+    character(*), intent(in) :: name
+    real(rp), intent(in) :: d(n_tool_sums), per_second
+    integer, intent(in) :: k
+    type(row_t), intent(inout) :: row
+
+    associate (it => tool_sum_of(k))
+      if (it%column /= '') call row%add(name//'_'//trim(it%column), trim(it%column_unit), &
+                                        mean_of(d, k, per_second))
+    end associate
+  end subroutine add_mean
 
   !> Add temperature and heat of a backing.
   subroutine add_backing(backing, row)
@@ -235,45 +231,42 @@ contains
                .and. any([(scene%can_flow(k), k=1, maxval(scene%body%group))])
   end function has_face
 
-  !> Means over a time in which the sums of a tool increased by `d`.
-  pure type(face_means_t) function means_from(d) result(face)
-    real(rp), intent(in) :: d(n_tool_sums)
+  !> Share of the speed of a face that the material takes up [%].
+  pure real(rp) function sticking(d)
+    real(rp), intent(in) :: d(n_tool_sums)       !! increase of the sums of the tool
 
-    if (d(s_area) > 0.0_rp) then
-      face%temperature = d(s_face_temperature)/d(s_area)
-      face%shear_strength = d(s_layer_strength)/d(s_area)
-      face%layer_thickness = d(s_layer_thickness)/d(s_area)
-      face%layer_slip = d(s_layer_slip)/d(s_area)
-      face%sliding = d(s_surface_slip)/d(s_area)
-      face%layer_velocity = d(s_excess_speed)/d(s_area)
-    end if
-    if (d(s_surface_speed) > 0.0_rp) face%stick_share &
-      = max(0.0_rp, 1.0_rp - d(s_surface_slip)/d(s_surface_speed))
-    if (d(s_friction) > 0.0_rp) face%layer_heat_share = d(s_layer_work)/d(s_friction)
-  end function means_from
+    sticking = 0.0_rp
+    if (d(s_surface_speed) > 0.0_rp) sticking &
+      = 100.0_rp*max(0.0_rp, 1.0_rp - d(s_surface_slip)/d(s_surface_speed))
+  end function sticking
+
+  !> Share of the friction heat of a face that arises in the layer under it [%].
+  pure real(rp) function heat_of_layer(d)
+    real(rp), intent(in) :: d(n_tool_sums)       !! increase of the sums of the tool
+
+    heat_of_layer = 0.0_rp
+    if (d(s_friction) > 0.0_rp) heat_of_layer = 100.0_rp*(d(s_layer_work)/d(s_friction))
+  end function heat_of_layer
 
   !> Add the columns of a tool face, means since the last row. A face that sticks moves the material
   !> with it, by shear or as a whole.
   subroutine add_face(name, d, per_second, max_temperature, row)
     character(*), intent(in) :: name
-    real(rp), intent(in) :: d(n_tool_sums)       !! increase of the sums of the tool since the last
-                                                 !! row
+    real(rp), intent(in) :: d(n_tool_sums)       !! increase of the sums since the last row
     real(rp), intent(in) :: per_second           !! 1 over the time since the last row [1/s]
     real(rp), intent(in) :: max_temperature      !! current maximum temperature of the face [K]
     type(row_t), intent(inout) :: row
+    integer :: k
 
-    associate (face => means_from(d))
-      call row%add(name//'_face_area', 'm2', d(s_area)*per_second)
-      call row%add(name//'_face_temperature', 'K', face%temperature)
-      call row%add(name//'_face_temperature_max', 'K', max_temperature)
-      call row%add(name//'_shear_strength', 'Pa', face%shear_strength)
-      call row%add(name//'_layer_thickness', 'm', face%layer_thickness)
-      call row%add(name//'_layer_slip', 'm/s', face%layer_slip)
-      call row%add(name//'_sliding', 'm/s', face%sliding)
-      call row%add(name//'_stick_share', '%', 100.0_rp*face%stick_share)
-      call row%add(name//'_layer_velocity', 'm/s', face%layer_velocity)
-    end associate
-    call row%add(name//'_layer_power', 'W', d(s_layer_work)*per_second)
+    do k = 1, n_tool_sums
+      if (.not. tool_sum_of(k)%is_of_face .or. k == s_layer_strength) cycle
+      call add_mean(name, d, k, per_second, row)
+      if (k == s_face_temperature) then
+        call row%add(name//'_face_temperature_max', 'K', max_temperature)
+        call add_mean(name, d, s_layer_strength, per_second, row)
+      end if
+      if (k == s_surface_slip) call row%add(name//'_stick_share', '%', sticking(d))
+    end do
     call row%add(name//'_sliding_power', 'W', (d(s_friction) - d(s_layer_work))*per_second)
   end subroutine add_face
 
@@ -282,21 +275,25 @@ contains
     type(simulation_t), intent(in) :: sim
     character(:), allocatable :: text
     character(*), parameter :: nl = new_line('a')
-    integer :: k
+    integer, parameter :: means(*) = [s_face_temperature, s_layer_strength, s_layer_thickness, &
+                                      s_layer_slip, s_surface_slip]
+    character(:), allocatable :: begin
+    integer :: i, k
 
     text = ''
     do k = 1, size(sim%tool)
       if (.not. has_face(sim%scene, sim%tool(k))) cycle
-      associate (face => means_from(sim%history%row_sums(:, k)), begin => '    "'// &
-                 trim(sim%tool(k)%name))
-        text = text//trim(merge(',', ' ', len(text) > 0))//nl// &
-          begin//'_face_temperature_K": '//str(face%temperature)//','//nl// &
-          begin//'_shear_strength_Pa": '//str(face%shear_strength)//','//nl// &
-          begin//'_layer_thickness_m": '//str(face%layer_thickness)//','//nl// &
-          begin//'_layer_slip_m/s": '//str(face%layer_slip)//','//nl// &
-          begin//'_sliding_m/s": '//str(face%sliding)//','//nl// &
-          begin//'_stick_share_percent": '//str(100.0_rp*face%stick_share)//','//nl// &
-          begin//'_layer_share_of_heat_percent": '//str(100.0_rp*face%layer_heat_share)
+      begin = nl//'    "'//trim(sim%tool(k)%name)//'_'
+      if (len(text) > 0) text = text//','
+      associate (sums => sim%history%row_sums(:, k))
+        do i = 1, size(means)
+          associate (it => tool_sum_of(means(i)))
+            text = text//begin//trim(it%column)//'_'//trim(it%column_unit)//'": '// &
+                   str(mean_of(sums, means(i), 0.0_rp))//','
+          end associate
+        end do
+        text = text//begin//'stick_share_percent": '//str(sticking(sums))//','// &
+               begin//'layer_share_of_heat_percent": '//str(heat_of_layer(sums))
       end associate
     end do
     if (len(text) > 0) text = nl//'  "faces": {'//text//nl//'  },'
@@ -310,13 +307,14 @@ contains
     do k = 1, size(sim%tool)
       if (.not. has_face(sim%scene, sim%tool(k))) cycle
       if (sim%history%row_sums(s_area, k) <= 0.0_rp) cycle
-      associate (face => means_from(sim%history%row_sums(:, k)))
-        call log_line(trim(sim%tool(k)%name)//': face at '//str(face%temperature)// &
-                      ' K in the mean, sticks to '//str(100.0_rp*face%stick_share)// &
-                      ' %; the layer under it shears '//str(face%layer_slip)//' m/s over '// &
-                      str(face%layer_thickness)// &
-                      ' m and has '//str(100.0_rp*face%layer_heat_share)// &
-                      ' % of the friction heat')
+      associate (sums => sim%history%row_sums(:, k))
+        call log_line(trim(sim%tool(k)%name)//': face at '// &
+                      str(mean_of(sums, s_face_temperature, 0.0_rp))// &
+                      ' K in the mean, sticks to '//str(sticking(sums))// &
+                      ' %; the layer under it shears '// &
+                      str(mean_of(sums, s_layer_slip, 0.0_rp))//' m/s over '// &
+                      str(mean_of(sums, s_layer_thickness, 0.0_rp))//' m and has '// &
+                      str(heat_of_layer(sums))//' % of the friction heat')
       end associate
     end do
   end subroutine log_faces

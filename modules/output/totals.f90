@@ -12,7 +12,7 @@ module output_totals
   use simulation_run, only: d_elastic, d_kinetic, e_body, e_conduction, e_contact, e_film, &
                             e_friction, e_plastic, e_scaling, e_sleep, e_source, e_stress, e_tool, &
                             e_wall, e_wall_heat, n_sums
-  use tools_tool, only: n_tool_sums, s_friction, s_heat, s_normal_loss, s_to_plate, s_work
+  use tools_sums, only: n_tool_sums, s_friction, s_heat, s_normal_loss, s_to_plate, s_work
   implicit none (type, external)
   private
 

@@ -17,7 +17,8 @@ module simulation_parts
   use simulation_scene, only: scene_t
   use simulation_tool_lists, only: tool_contact_t
   use tools_heat_sink, only: backing_t
-  use tools_tool, only: n_tool_sums, tool_t
+  use tools_sums, only: n_tool_sums
+  use tools_tool, only: tool_t
   implicit none (type, external)
   private
 

@@ -11,7 +11,8 @@ module step_drives
   use simulation_parts, only: simulation_t
   use simulation_run, only: clock_t
   use tools_monitor, only: halt
-  use tools_tool, only: s_force, s_torque, tool_t
+  use tools_sums, only: s_force, s_torque
+  use tools_tool, only: tool_t
   implicit none (type, external)
   private
 

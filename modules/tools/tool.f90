@@ -9,35 +9,12 @@ module tools_tool
   use tools_monitor, only: monitor_t
   use tools_motion, only: drive_t, motion_t, wrapped
   use tools_shape, only: no_edge, shape_t
+  use tools_sums, only: n_tool_sums, s_force, s_friction, s_metal_slip, s_normal_impulse, &
+                        s_normal_loss, s_tool_slip, s_torque, s_work
   implicit none (type, external)
   private
 
   public :: tool_t, rigid_t
-
-  ! Indices of the sums that a tool accumulates from the start of the run.
-  integer, parameter, public :: &
-    s_force = 1, &           !! impulse on the tool [N s], 3
-    s_torque = 4, &          !! angular impulse on the tool about its axis against the spin [N m s]
-    s_work = 5, &            !! work of the tool on the material [J]
-    s_friction = 6, &        !! friction heat [J]
-    s_normal_loss = 7, &     !! energy lost in normal contact [J]
-    s_normal_impulse = 8, &  !! normal impulse [N s]
-    s_metal_slip = 9, &      !! normal impulse times tangential speed of the material [N m]
-    s_tool_slip = 10, &      !! normal impulse times tangential speed of the tool [N m]
-    s_to_plate = 11, &       !! friction heat given to the material [J]
-    s_heat = 12, &           !! friction heat and plastic work of all bodies, set in reports only
-                             !! [J]
-    ! Sums over the face where the metal layer under it may shear:
-    s_area = 13, &              !! area times time [m2 s], the weight of the following sums:
-    s_face_temperature = 14, &  !! temperature of the face [K m2 s]
-    s_layer_thickness = 15, &   !! thickness of the shear layer [m3 s]
-    s_layer_slip = 16, &        !! slip accommodated by layer shear [m3]
-    s_surface_slip = 17, &      !! slip accommodated by sliding [m3]
-    s_surface_speed = 18, &     !! tool speed along its surface [m3]
-    s_excess_speed = 19, &      !! velocity of the layer relative to its particles [m3]
-    s_layer_strength = 20, &    !! impulse of the layer strength [N s]
-    s_layer_work = 21           !! friction heat from shear of the layer [J]
-  integer, parameter, public :: n_tool_sums = 21
 
   !> Mean rigid motion over a step.
   type :: rigid_t

@@ -15,7 +15,7 @@ program test_body_contact
   use step_samples, only: add_contact, add_tool, fill, h, particle_tool, settle, shake, start_scene
   use tools_pair, only: law_coulomb, law_frictionless, law_stick, normal_gradient, &
                         normal_regression, pair_law_t
-  use tools_tool, only: s_force, s_friction, s_normal_loss, s_normal_impulse, s_torque, s_work
+  use tools_sums, only: s_force, s_friction, s_normal_impulse, s_normal_loss, s_torque, s_work
   implicit none (type, external)
 
   real(rp), parameter :: dt = 1.0e-6_rp, at_rest(3, 3) = 0.0_rp

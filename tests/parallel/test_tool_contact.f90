@@ -12,7 +12,8 @@ program test_tool_contact
   use step_samples, only: add_plane_of_symmetry, add_tool, fill, h, make_flow, noise, plane_tool, &
                           settle, start_scene
   use tool_samples, only: touch, touch_dt
-  use tools_tool, only: s_metal_slip, s_force, s_normal_impulse, s_tool_slip, tool_t
+  use tools_sums, only: s_force, s_metal_slip, s_normal_impulse, s_tool_slip
+  use tools_tool, only: tool_t
   implicit none (type, external)
 
   real(rp), parameter :: dt = touch_dt, zero(3) = 0.0_rp, at_rest(3, 3) = 0.0_rp

@@ -13,8 +13,9 @@ program test_tool_loads
   use step_samples, only: add_clamp, add_plane_of_symmetry, fill, h, settle, shake
   use tool_samples, only: settle_plate, start_plate, touch, touch_dt
   use tools_motion, only: drive_t, phase_t
-  use tools_tool, only: rigid_t, s_metal_slip, s_force, s_friction, s_normal_loss, &
-                        s_normal_impulse, s_tool_slip, s_to_plate, s_torque, s_work
+  use tools_sums, only: s_force, s_friction, s_metal_slip, s_normal_impulse, s_normal_loss, &
+                        s_to_plate, s_tool_slip, s_torque, s_work
+  use tools_tool, only: rigid_t
   implicit none (type, external)
 
   real(rp), parameter :: dt = touch_dt, far = 1.0e9_rp

@@ -15,7 +15,8 @@ program test_tool_particles
                           room_temperature, settle, shake, shoulder_tool, sphere_tool, start_scene
   use tool_samples, only: middle, settle_plate, start_plate, touch, touch_dt
   use tools_law, only: find_closing_velocity, of_pressure, of_slip, of_temperature
-  use tools_tool, only: rigid_t, s_force
+  use tools_sums, only: s_force
+  use tools_tool, only: rigid_t
   implicit none (type, external)
 
   real(rp), parameter :: dt = touch_dt, up(3) = [0.0_rp, 0.0_rp, 1.0_rp]

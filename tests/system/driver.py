@@ -262,11 +262,18 @@ class Checkpoint:
 
     def of_run(self, name):
         """First number of the run called so in the names of the file."""
+        return float(self.all["global"][self.place("names", name)])
+
+    def of_ranks(self, name):
+        """First sum called so, of all ranks."""
+        return float(self.all["ranks/local"].reshape(len(self.all["ranks/blocks"]), -1)[:, self.place("ranks/names", name)].sum())
+
+    def place(self, names, name):
         first = 0
-        for line in self.all["names"].decode().splitlines():
+        for line in self.all[names].decode().splitlines():
             count, _, found = line.partition(" ")
             if found == name:
-                return float(self.all["global"][first])
+                return first
             first += int(count)
         raise KeyError(name)
 

@@ -191,6 +191,23 @@ def test_histories(small):
     assert np.all(history["temperature_max[K]"] >= 400.0)
 
 
+@pytest.mark.parametrize("ranks", [None, 2])
+def test_sums_of_a_tool(run, ranks):
+    """Exact to the digits of the history: every sum of the table in tools/sums.f90 is in the checkpoint under its name and unit, and its
+    column in a history of one interval is the sum over its weight, or over the time."""
+    end = 0.04
+    done = run("stir", "--quiet", ranks=ranks, sets={
+        "TIME.END": end, "TOOL.FRICTION": 0.8, "MOTION(1).VELOCITY": "0,0,-20e-3", "MOTION(1).DURATION": 0.03, "OUTPUT.HISTORY_INTERVAL": end,
+        "OUTPUT.CHECKPOINT_INTERVAL": end}).results("stir")
+    history, state = done.history(), done.checkpoint()
+    table = re.search(r"tool_sum_of\(\*\) = \[(.*?)\]\n", (driver.ROOT / "modules/tools/sums.f90").read_text(encoding="utf-8"), re.S)[1]
+    rows = [re.findall(r"'([^']*)'", line) for line in re.findall(r"tool_sum_t\((.*)\)", table)]
+    total = {name: state.of_ranks(f"{name} of a tool [{unit}]") for name, unit, *_ in rows}
+    assert len(history.rows) == 2 and len(total) == len(rows) and total["layer_work"] > 0.0
+    for name, _, column, unit, *over in (row for row in rows if row[2:]):
+        assert history[f"tool_{column}[{unit}]"][-1] == pytest.approx(total[name] / (total[over[0]] if over else end), rel=1e-5), name
+
+
 def test_probes(small):
     """Exact: in every row, the first too, the probe in the block reads 300 K and the one in the lid 400 K (both
     far from the interface for 2 us, to 1 K); their places start as given [m]."""

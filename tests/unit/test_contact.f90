@@ -8,8 +8,9 @@ program test_contact
   use tools_shape_box, only: box_shape_t
   use tools_shape_plane, only: plane_t
   use tools_shape_shoulder, only: new_shoulder
-  use tools_tool, only: rigid_t, s_metal_slip, s_force, s_friction, s_normal_loss, &
-                        s_normal_impulse, s_tool_slip, s_torque, s_work, tool_t
+  use tools_sums, only: s_force, s_friction, s_metal_slip, s_normal_impulse, s_normal_loss, &
+                        s_tool_slip, s_torque, s_work
+  use tools_tool, only: rigid_t, tool_t
   implicit none (type, external)
 
   !> Free points, and what contact gave them in the last step.

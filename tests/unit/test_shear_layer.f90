@@ -16,9 +16,10 @@ program test_shear_layer
   use simulation_scene, only: scene_t
   use simulation_tool_lists, only: contact_particle_t, n_values, tool_contact_t, v_coulomb, &
                                    v_max_friction, v_stick
-  use tools_tool, only: n_tool_sums, rigid_t, s_area, s_excess_speed, s_face_temperature, &
-                        s_layer_slip, s_layer_strength, s_layer_thickness, s_layer_work, &
-                        s_surface_slip, s_surface_speed, s_to_plate, tool_t
+  use tools_sums, only: n_tool_sums, s_area, s_excess_speed, s_face_temperature, s_layer_slip, &
+                        s_layer_strength, s_layer_thickness, s_layer_work, s_surface_slip, &
+                        s_surface_speed, s_to_plate
+  use tools_tool, only: rigid_t, tool_t
   implicit none (type, external)
 
   real(rp), parameter :: root3 = sqrt(3.0_rp), conductivity = 391.0_rp, heats = 0.9_rp
