@@ -3,13 +3,12 @@
 module output_diagnostics
   use base_kinds, only: rp
   use base_text, only: str
-  use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_plastic, f_pos, f_rate, &
-                             f_tau, f_temp, f_vel, layout_t, n_fields, particles_t, tag_id
+  use particles_store, only: f_pos, f_vel, particles_t, tag_id
   use simulation_parts, only: simulation_t
   implicit none (type, external)
   private
 
-  public :: describe_failure, field_name, is_finite
+  public :: describe_failure, is_finite
 
 contains
 
@@ -58,38 +57,12 @@ contains
         do f = 1, sim%particles%nf
           if (abs(sim%particles%ps(p, f, b)) <= huge(1.0_rp)) cycle
           text = describe_particle(sim%particles, p, b, 'has a '// &
-                                   field_name(sim%scene%layout, f)//' that is not a finite number')
+                                   sim%scene%layout%name_of(f)//' that is not a finite number')
           return
         end do
       end do
     end do
   end function describe_non_finite
-
-  !> Name of field `f` of the particles.
-  pure function field_name(layout, f) result(name)
-    type(layout_t), intent(in) :: layout
-    integer, intent(in) :: f
-    character(:), allocatable :: name
-    character(18), parameter :: common(11) = [character(18) :: 'position', 'mass', 'temperature', &
-      'waiting heat', 'volume ratio', 'velocity', 'stress', 'elastic strain', 'plastic strain', &
-      'strain rate', 'flow stress']
-    integer, parameter :: first(11) = [f_pos, f_mass, f_temp, f_heat, f_jac, f_vel, f_tau, f_bbar, &
-                                       f_plastic, f_rate, f_flow]
-    integer :: place(10)
-    character(30), parameter :: more(10) = [character(30) :: 'half length of its domain', &
-      'velocity gradient', 'position at the start', 'state of its flow law', &
-      'temperature at falling asleep', 'distance to the surface', 'kept impulse of friction', &
-      'force of tools', 'contact and heat at a tool', 'edge']
-
-    name = trim(common(count(first <= f)))
-    if (f <= n_fields) return
-    place = [layout%half, layout%affine, layout%origin, layout%law, layout%rest, &
-             layout%surface_offset, layout%coulomb_reserve, layout%tool_force, layout%tool_heat, &
-             layout%edges]
-    if (layout%n_law == 0) place(4) = 0
-    place = merge(place, 0, place <= f)
-    name = trim(more(maxloc(place, dim=1)))
-  end function field_name
 
   !> Description of the particle nearest to the fastest node, on the rank that has it; else ''.
   function near_fastest_node(sim) result(text)

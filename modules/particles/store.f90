@@ -33,6 +33,19 @@ module particles_store
   real(rp), parameter, public :: max_volume_ratio = 1.0e6_rp  !! bound of volume ratios, squared
                                                               !! elastic stretches and their inverse
 
+  !> A field of the particles: its place, its name in messages and in the layout of a checkpoint.
+  type :: field_t
+    integer :: first
+    character(30) :: name
+  end type field_t
+
+  type(field_t), parameter :: common(*) = [ &
+    field_t(f_pos, 'position'), field_t(f_mass, 'mass'), field_t(f_temp, 'temperature'), &
+    field_t(f_heat, 'waiting heat'), field_t(f_jac, 'volume ratio'), field_t(f_vel, 'velocity'), &
+    field_t(f_tau, 'stress'), field_t(f_bbar, 'elastic strain'), &
+    field_t(f_plastic, 'plastic strain'), field_t(f_rate, 'strain rate'), &
+    field_t(f_flow, 'flow stress')]
+
   !> Positions of the fields that only some methods and scenes need; 0: absent.
   type :: layout_t
     integer :: n = n_fields     !! number of fields of a particle
@@ -50,8 +63,9 @@ module particles_store
     integer :: surface_offset = 0   !! distance from centre to surface, in half spacings (tools)
     integer :: tool_heat = 0        !! contact area times time [m2 s] and heat of the face [J] since
                                     !! the last conduction step, for each tool that absorbs heat
+    type(field_t), allocatable, private :: more(:)   !! these fields, in the order of their places
   contains
-    procedure :: add => add_fields, places
+    procedure :: add => add_fields, name_of, places
   end type layout_t
 
   !> Rest states of a particle: awake; held: gives only mass and a frozen force; asleep: inactive
@@ -103,30 +117,49 @@ module particles_store
 
 contains
 
-  !> Append `n` optional fields, the first of them at `place`.
-  pure subroutine add_fields(self, n, place)
+  !> Append an optional field of `n` numbers, the first of them at `place`, if it is absent.
+  pure subroutine add_fields(self, n, name, place)
     class(layout_t), intent(inout) :: self
     integer, intent(in) :: n
+    character(*), intent(in) :: name
     integer, intent(inout) :: place
 
     if (place > 0) return
     place = self%n + 1
     self%n = self%n + n
+    if (.not. allocated(self%more)) allocate (self%more(0))
+    self%more = [self%more, field_t(place, name)]
   end subroutine add_fields
 
-  !> Text of the positions of the fields, which a checkpoint must match. The last field, that of
-  !> sleeping, may be added or removed by a restart.
+  !> Name of field `f`.
+  pure function name_of(self, f) result(name)
+    class(layout_t), intent(in) :: self
+    integer, intent(in) :: f
+    character(:), allocatable :: name
+
+    name = trim(common(count(common%first <= f))%name)
+    if (f > n_fields) name = trim(self%more(count(self%more%first <= f))%name)
+  end function name_of
+
+  !> Text of names and positions of the fields, which a checkpoint must match. The last field, that
+  !> of sleeping, may be added or removed by a restart.
   pure function places(self) result(text)
     class(layout_t), intent(in) :: self
     character(:), allocatable :: text
-    character(120) :: buffer
+    character(12) :: place
+    integer :: k, n
 
-    associate (l => self)
-      write (buffer, '(*(i0, :, " "))') n_fields, l%half, l%affine, l%origin, l%law, l%n_law, &
-        l%coulomb_reserve, l%tool_force, l%surface_offset, l%tool_heat, l%void, l%n - merge(1, 0, &
-                                                                                      l%rest > 0)
-    end associate
-    text = trim(buffer)
+    n = self%n - merge(1, 0, self%rest > 0)
+    text = ''
+    if (allocated(self%more)) then
+      do k = 1, size(self%more)
+        if (self%more(k)%first > n) exit
+        write (place, '(i0)') self%more(k)%first
+        text = text//trim(place)//' '//trim(self%more(k)%name)//', '
+      end do
+    end if
+    write (place, '(i0)') n
+    text = text//trim(place)//' numbers'
   end function places
 
   !> Empty store for particles of `nf` fields.

@@ -10,7 +10,6 @@ module run_restart
   use io_checkpoint, only: read_checkpoint
   use io_plausible, only: is_between, max_magnitude, min_positive, numbers_t, speed_of_light
   use output_checkpoint, only: pass_numbers, pass_sums
-  use output_diagnostics, only: field_name
   use particles_migrate, only: find_outside
   use particles_store, only: asleep, awake, f_bbar, f_flow, f_jac, f_mass, f_plastic, f_pos, &
                              f_rate, f_temp, f_vel, max_volume_ratio, particles_t, set_rest, &
@@ -202,7 +201,7 @@ contains
           if (all(fits)) cycle
           p = findloc(fits, .false., 1)
           text = '/particles/state: particle '//str(tag_id(tag(p)))//' has a '// &
-                 field_name(sim%scene%layout, f)//' of '//str(ps(p, f))//', not from '// &
+                 sim%scene%layout%name_of(f)//' of '//str(ps(p, f))//', not from '// &
                  str(low(f))//' to '//str(high(f))
           if (p > n) text = '/particles/state: there is a particle behind the '//str(n)// &
                             ' of its block'

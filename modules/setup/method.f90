@@ -51,7 +51,7 @@ contains
       end do
       if (layout%n_law == 0) return
       layout%law = 0
-      call layout%add(layout%n_law, layout%law)
+      call layout%add(layout%n_law, 'state of its flow law', layout%law)
     end associate
   end subroutine lay_out_laws
 
@@ -92,7 +92,7 @@ contains
       method%shows_motion = .false.
       if (.not. method%has_mechanics .or. method%transfer /= transfer_flip) return
       method%shows_motion = any([(scene%can_flow(scene%body(b)%group), b=1, size(scene%body))])
-      if (method%shows_motion) call scene%layout%add(1, scene%layout%void)
+      if (method%shows_motion) call scene%layout%add(1, 'empty part of its room', scene%layout%void)
     end associate
   end subroutine read_flow
 
@@ -278,7 +278,7 @@ contains
       sleep%stress = input%real('METHOD', 1, 'SLEEP_STRESS')
       sleep%heat = input%real('METHOD', 1, 'SLEEP_HEAT')
     end associate
-    call scene%layout%add(1, scene%layout%rest)
+    call scene%layout%add(1, 'temperature at falling asleep', scene%layout%rest)
   end subroutine read_sleeping
 
   !> Reason why material cannot sleep in this scene; '' if it can.

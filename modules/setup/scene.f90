@@ -283,14 +283,19 @@ contains
     type(scene_t), intent(inout) :: scene
 
     associate (m => scene%method, layout => scene%layout)
-      if (input%text('METHOD', 1, 'SHAPE') == 'cpgimp') call layout%add(3, layout%half)
-      if (scene%grid%is_graded()) call layout%add(3, layout%edges)
-      if (m%transfer == transfer_apic) call layout%add(9, layout%affine)
-      if (tractions_have_boxes(input)) call layout%add(3, layout%origin)
-      if (input%logical('OUTPUT', 1, 'INITIAL_POSITION')) call layout%add(3, layout%origin)
-      if (input%count('TOOL') > 0) call layout%add(1, layout%surface_offset)
-      if (input%count('TOOL') > 0) call layout%add(1, layout%coulomb_reserve)
-      if (input%count('TOOL') > 0) call layout%add(3, layout%tool_force)
+      if (input%text('METHOD', 1, 'SHAPE') == 'cpgimp') then
+        call layout%add(3, 'half length of its domain', layout%half)
+      end if
+      if (scene%grid%is_graded()) call layout%add(3, 'edge', layout%edges)
+      if (m%transfer == transfer_apic) call layout%add(9, 'velocity gradient', layout%affine)
+      if (tractions_have_boxes(input) .or. input%logical('OUTPUT', 1, 'INITIAL_POSITION')) then
+        call layout%add(3, 'position at the start', layout%origin)
+      end if
+      if (input%count('TOOL') > 0) then
+        call layout%add(1, 'distance to the surface', layout%surface_offset)
+        call layout%add(1, 'kept impulse of friction', layout%coulomb_reserve)
+        call layout%add(3, 'force of tools', layout%tool_force)
+      end if
       if (m%scheme /= scheme_usl .and. (m%transfer == transfer_xpic .or. &
                                         m%transfer == transfer_fmpm)) then
         call input%report('METHOD', 1, 'SCHEME', 'must be usl with TRANSFER = xpic or fmpm')

@@ -140,7 +140,7 @@ contains
       if (tool(i)%heat%is_on) n = n + 1
     end do
     if (n == 0) return
-    call scene%layout%add(2*n, scene%layout%tool_heat)
+    call scene%layout%add(2*n, 'contact and heat at a tool', scene%layout%tool_heat)
     n = 0
     do i = 1, input%count('TOOL')
       if (.not. tool(i)%heat%is_on) cycle

@@ -151,9 +151,9 @@ contains
       call new%store_reference_pose()
     end associate
     call move_alloc(more, sim%tool)
-    call sim%scene%layout%add(1, sim%scene%layout%surface_offset)
-    call sim%scene%layout%add(1, sim%scene%layout%coulomb_reserve)
-    call sim%scene%layout%add(3, sim%scene%layout%tool_force)
+    call sim%scene%layout%add(1, 'distance to the surface', sim%scene%layout%surface_offset)
+    call sim%scene%layout%add(1, 'kept impulse of friction', sim%scene%layout%coulomb_reserve)
+    call sim%scene%layout%add(3, 'force of tools', sim%scene%layout%tool_force)
   end subroutine add_tool
 
   !> A half space whose surface looks along `axis`, of length 1.

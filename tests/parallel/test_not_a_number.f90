@@ -7,7 +7,7 @@ program test_not_a_number
   use base_kinds, only: rp
   use base_world, only: start_world, world_t
   use check, only: begin_tests, end_tests, expect
-  use output_diagnostics, only: describe_failure, field_name, is_finite
+  use output_diagnostics, only: describe_failure, is_finite
   use particles_store, only: asleep, set_rest
   use simulation_parts, only: free_simulation, simulation_t
   use step_samples, only: fill, settle, start_scene
@@ -37,11 +37,18 @@ program test_not_a_number
     call expect('found by its rank alone', &
                 is_finite(sim%particles) .neqv. world%rank == world%size - 1)
     call describe_failure(sim, message, '')
-    call expect('named: '//field_name(sim%scene%layout, f), index(message, ' has a '// &
-      field_name(sim%scene%layout, f)//' that is not a finite number: at (') > 0)
+    call expect('named: '//sim%scene%layout%name_of(f), index(message, ' has a '// &
+      sim%scene%layout%name_of(f)//' that is not a finite number: at (') > 0)
     sim%particles%ps(1, f, b) = kept
   end do
   call ieee_set_flag(ieee_invalid, .false.)
+  associate (layout => sim%scene%layout)
+    call layout%add(2, 'state of a new feature', layout%affine)
+    call expect('a field has the name with which it is added', &
+                layout%name_of(layout%n) == 'state of a new feature' &
+                .and. layout%name_of(layout%n - 2) == 'flow stress' &
+                .and. index(layout%places(), ' state of a new feature, ') > 0)
+  end associate
   call free_simulation(sim)
   call end_tests()
 end program test_not_a_number
