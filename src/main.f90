@@ -11,7 +11,7 @@ program stirpoint
   use base_version, only: version_text
   use base_world, only: agree, end_world, mpi_text, start_world, world_t
   use front_command_line, only: command_t, read_command
-  use front_help, only: print_help, print_keys_of, print_materials, print_template
+  use front_help, only: print_help, print_keys_of, print_library, print_template
   use front_material_driver, only: drive_material
   use front_prepare, only: place_particles, read_scene
   use front_report, only: report_heat_scene, report_scene, warn_of_overlap
@@ -45,7 +45,7 @@ program stirpoint
     status = bad_input
   else
     select case (command%action)
-    case ('help', 'keys', 'materials', 'new')
+    case ('help', 'keys', 'materials', 'new', 'pairs')
       ok = .true.
       if (world%is_root()) call print_information(ok)
       if (.not. world%all_true(ok)) status = bad_input
@@ -78,8 +78,10 @@ contains
       call print_keys_of(command%topic, ok)
     case ('new')
       call print_template(command%topic, ok)
+    case ('pairs')
+      call print_library('PAIR', ok)
     case default
-      call print_materials(ok)
+      call print_library('MATERIAL', ok)
     end select
   end subroutine print_information
 

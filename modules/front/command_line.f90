@@ -46,8 +46,8 @@ contains
       option = word
       if (index(word, '--') == 1 .and. index(word, '=') > 0) option = word(:index(word, '=') - 1)
       select case (option)
-      case ('--check', '--help', '-h', '--keys', '--material', '--materials', '--version', &
-            '--where')
+      case ('--check', '--help', '-h', '--keys', '--material', '--materials', '--pairs', &
+            '--version', '--where')
         command%action = option(verify(option, '-'):)
         if (option == '-h') command%action = 'help'
         if (any(option == [character(7) :: '--check', '--keys'])) then

@@ -1,15 +1,15 @@
 ! SPDX-License-Identifier: MIT
-!> Texts that need no input: help, keys, template scenes, and the library of materials. The man page
+!> Texts that need no input: help, keys, template scenes, and the libraries. The man page
 !> and the completion for bash (share/man, share/bash-completion) list the options, too.
 module front_help
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_log, only: log_line
   use base_system, only: data_file
-  use base_text, only: joined, upper
+  use base_text, only: joined, lower, upper
   use input_diagnostics, only: diagnostics_t
   use input_key_table, only: key_table_t
   use input_keys, only: print_keys, print_keys_markdown
-  use input_library, only: read_library, source_lines
+  use input_library, only: range_of, read_library, source_lines, taker_label, takers
   use input_scan, only: read_file
   use input_syntax, only: split_words
   use input_values, only: input_t
@@ -18,7 +18,7 @@ module front_help
   implicit none (type, external)
   private
 
-  public :: log_sources, print_help, print_keys_of, print_materials, print_template
+  public :: log_sources, print_help, print_keys_of, print_library, print_template
 
   character, parameter :: nl = new_line('a')
 
@@ -53,6 +53,7 @@ contains
       '  --keys                 every group and key with type, unit, default and range', &
       '  --keys=GROUP           those of one group; --keys=markdown: all as a page', &
       '  --materials            the library of materials: values and their sources', &
+      '  --pairs                friction and films of pairs of surfaces, likewise', &
       '  --help                 this text', &
       '  --version              commit, compiler and flags, MPI, HDF5, FFTW, PETSc', &
       '', &
@@ -120,45 +121,51 @@ contains
     end if
   end subroutine print_template
 
-  !> Print the entries of the program's library with values and sources; `ok` is false without a
-  !> library.
-  subroutine print_materials(ok)
+  !> Print the entries of a library of the program with values and sources; `ok` is false without
+  !> the library.
+  subroutine print_library(kind, ok)
+    character(*), intent(in) :: kind      !! MATERIAL or PAIR
     logical, intent(out) :: ok
     type(input_t) :: library
     type(diagnostics_t), target :: diagnostics
-    character(:), allocatable :: problem
+    character(:), allocatable :: line, problem
     integer :: m, r
 
-    call read_library(key_table(), '', library, diagnostics, problem)
+    call read_library(key_table(), kind, '', library, diagnostics, problem)
     ok = problem == ''
     if (.not. ok) then
-      write (error_unit, '(4a)') 'stirpoint: error: the library of materials ', library%file, &
-        ' ', problem
+      write (error_unit, '(4a)') 'stirpoint: error: the library of ', lower(kind)//'s ', &
+        library%file//' ', problem
       return
     end if
-    call log_line("&MATERIAL NAME = '"//library%text('MATERIAL', 1, 'NAME')// &
-                  "', FROM = 'library' "// &
-                  'takes what it does not give itself from the entry of its name.')
-    do m = 1, library%count('MATERIAL')
+    if (kind == 'MATERIAL') then
+      call log_line("&MATERIAL NAME = '"//library%text(kind, 1, 'NAME')//"', FROM = 'library' "// &
+                    'takes what it does not give itself from the entry of its name.')
+    else
+      call log_line("FROM = '"//library%text(kind, 1, 'NAME')//"' in a &TOOL, &WALL or "// &
+                    '&SURFACE takes the friction and film that the group does not give itself.')
+    end if
+    do m = 1, library%count(kind)
       call log_line('')
-      call log_line(library%text('MATERIAL', m, 'NAME')//'  ('// &
-                    library%text('MATERIAL', m, 'LAW')// &
-                    ', melts at '//library%values('MATERIAL', m, 'T_MELT')//' K)')
+      line = library%text(kind, m, 'NAME')
+      if (kind == 'MATERIAL') line = line//'  ('//library%text(kind, m, 'LAW')// &
+        ', melts at '//library%values(kind, m, 'T_MELT')//' K)'
+      call log_line(line)
       do r = 1, library%count('REFERENCE')
-        if (library%text('REFERENCE', r, 'MATERIAL') /= library%text('MATERIAL', m, 'NAME')) cycle
-        call log_line('  '//values_of(library, m, library%text('REFERENCE', r, 'KEYS')))
-        call log_line('      '//library%text('REFERENCE', r, 'TEXT'))
+        if (library%text('REFERENCE', r, kind) /= library%text(kind, m, 'NAME')) cycle
+        call log_line('  '//values_of(library, kind, m, library%text('REFERENCE', r, 'KEYS')))
+        call log_line('      '//range_of(library, r)//library%text('REFERENCE', r, 'TEXT'))
       end do
     end do
     call log_line('')
     call log_line('from '//library%file)
-  end subroutine print_materials
+  end subroutine print_library
 
   !> Text of the values of `keys` of entry `m`.
-  function values_of(library, m, keys) result(text)
+  function values_of(library, kind, m, keys) result(text)
     type(input_t), intent(in) :: library
+    character(*), intent(in) :: kind, keys
     integer, intent(in) :: m
-    character(*), intent(in) :: keys
     character(:), allocatable :: text
     character(48), allocatable :: list(:)
     integer :: k
@@ -167,21 +174,24 @@ contains
     text = ''
     do k = 1, size(list)
       if (k > 1) text = text//', '
-      text = text//trim(list(k))//' = '//library%values('MATERIAL', m, trim(list(k)))
+      text = text//trim(list(k))//' = '//library%values(kind, m, trim(list(k)))
     end do
   end function values_of
 
-  !> Log the values that materials took from a library, with their sources.
+  !> Log the values that groups took from a library, with their sources.
   subroutine log_sources(input)
     type(input_t), intent(in) :: input
-    character(:), allocatable :: lines
-    integer :: i
+    character(:), allocatable :: group, lines, option
+    integer :: g, i
 
-    do i = 1, input%count('MATERIAL')
-      lines = source_lines(input, i, '  ', is_brief=.true.)
-      if (lines /= '') call log_line('material '//input%text('MATERIAL', i, 'NAME')// &
-                                     ' from the library (s: source seen, m: cited '// &
-                                     'from memory; see --materials):'//nl//lines(:len(lines) - 1))
+    do g = 1, size(takers)
+      group = trim(takers(g))
+      option = trim(merge('--materials', '--pairs    ', group == 'MATERIAL'))
+      do i = 1, input%count(group)
+        lines = source_lines(input, group, i, '  ', is_brief=.true.)
+        if (lines /= '') call log_line(taker_label(input, group, i)//' from the library '// &
+          '(s: source seen, m: cited from memory; see '//option//'):'//nl//lines(:len(lines) - 1))
+      end do
     end do
   end subroutine log_sources
 

@@ -6,7 +6,7 @@ module input_resolved
   use base_disk, only: file_bytes, file_sum, full_path, sum_words
   use base_kinds, only: i8
   use base_text, only: str
-  use input_library, only: source_lines
+  use input_library, only: source_lines, taker_label, takers
   use input_values, only: input_t
   implicit none (type, external)
   private
@@ -89,10 +89,12 @@ contains
         if (one /= '') text = text//'! &'//group//name_of(input, g, i)//nl//one
       end do
     end do
-    do i = 1, input%count('MATERIAL')
-      one = source_lines(input, i, '!   ', is_brief=.false.)
-      if (one /= '') text = text//'! Of material '//input%text('MATERIAL', i, 'NAME')// &
-        ' a library gave:'//nl//one
+    do g = 1, size(takers)
+      do i = 1, input%count(takers(g))
+        one = source_lines(input, trim(takers(g)), i, '!   ', is_brief=.false.)
+        if (one /= '') text = text//'! Of '//taker_label(input, trim(takers(g)), i)// &
+          ' a library gave:'//nl//one
+      end do
     end do
   end function resolved_text
 

@@ -16,7 +16,8 @@ module input_values
 
   !> A value taken from a library.
   type :: taken_t
-    integer :: instance = 0            !! index of the &MATERIAL
+    character(8) :: group = ''         !! that takes it
+    integer :: instance = 0            !! index of the group among those of this name
     character(24) :: key = ''
     character(1000) :: source = ''
   end type taken_t
@@ -41,7 +42,8 @@ module input_values
 
 contains
 
-  !> Add the diagnostic `&GROUP KEY = value: message`, or `&GROUP message` if the key is empty.
+  !> Add the diagnostic `&GROUP KEY = value: message`, or `&GROUP message` if the key is empty; none
+  !> of a missing key of a group that could not be read or completed.
   subroutine report(self, group, i, key, message, is_warning)
     class(input_t), intent(in) :: self
     character(*), intent(in) :: group, key, message
@@ -55,6 +57,8 @@ contains
     if (a > 0) then
       if (self%written%assignments(a)%is_broken) return   ! reported already
       label = label//' = '//excerpt(self%written%value(a))
+    else if (key /= '' .and. self%written%find(group, i) > 0) then
+      if (self%written%groups(self%written%find(group, i))%is_broken) return   ! may follow from it
     end if
     if (key /= '') label = label//': '
     call self%diagnostics%add(self%file, self%line(group, i, key), label//message, is_warning)

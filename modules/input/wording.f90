@@ -10,7 +10,7 @@ module input_wording
   implicit none (type, external)
   private
 
-  public :: can_name_results, check_value, describe_allowed, unknown_group, unknown_key
+  public :: can_name_results, check_value, describe_allowed, suggestion, unknown_group, unknown_key
 
   integer, parameter :: max_name = 32, max_file_name = 128, max_text = 4000
   character(*), parameter :: forbidden_in_names = ',;/\"'''

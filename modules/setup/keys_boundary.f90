@@ -3,6 +3,7 @@
 !> simulation_conditions.
 module setup_keys_boundary
   use input_key_table, only: key_table_t
+  use input_library, only: add_pair_keys
   use simulation_conditions, only: add_clamp_keys
   implicit none (type, external)
   private
@@ -18,6 +19,7 @@ contains
     call t%group('WALL', 'repeat', 'A flat rigid wall.')
     call t%key('SIDE', 'choice', 1, '', 'required', 'xmin xmax ymin ymax zmin zmax', &
       'side of the grid on which it stands')
+    call add_pair_keys(t)
     call t%key('KIND', 'choice', 1, '', 'sliding', 'fixed sliding', &
       'holds everything, or only the normal')
     call t%key('POSITION', 'real', 1, 'm', '', '', &
@@ -116,6 +118,7 @@ contains
     call t%key('BODY', 'text', 1, '', 'required', '&BODY', 'NAME of the &BODY')
     call t%key('FACE', 'choice', 1, '', 'all', 'xmin xmax ymin ymax zmin zmax sides all', &
       'faces of the body by the direction they look to; sides: the four along x and y')
+    call add_pair_keys(t)
     call t%key('COEFFICIENT', 'real', 1, 'W/(m2 K)', 'if TABLE_OF = none', '[0,inf)', &
       'heat transfer coefficient; required unless BACKING = body, which without it has no '// &
       'resistance')

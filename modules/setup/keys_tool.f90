@@ -3,6 +3,7 @@
 module setup_keys_tool
   use base_text, only: joined
   use input_key_table, only: key_table_t
+  use input_library, only: add_pair_keys
   use tools_law, only: friction_laws
   use tools_shapes, only: add_shape_keys
   implicit none (type, external)
@@ -18,6 +19,7 @@ contains
 
     call t%group('TOOL', 'repeat', 'A rigid tool that touches the bodies.')
     call t%key('NAME', 'text', 1, '', 'tool', 'name', 'name of the tool')
+    call add_pair_keys(t)
     call add_shape_keys(t)
     call t%key('POSITION', 'real', 3, 'm', 'required', '', &
       'place at t = 0: centre of the shoulder face, sphere or box; a point of the plane')

@@ -61,6 +61,9 @@ def test_limits():
     keys = limits.varied(["TOOL(pin).FRICTION", "Surface(2).Coefficient", "GRID.CELL=2,1,4"], scene)
     assert [key.start for key in keys] == pytest.approx([0.3, 1e3, 2.0])
     assert [(key.low, key.high, key.scale) for key in keys] == [(0, 1, "linear"), (1, 1e6, "log"), (1, 4, "linear")]
+    taken = Scene("&TOOL NAME = 'pin', SHEAR_FACTOR = 0.9 /")
+    keys += limits.varied(["TOOL.SHEAR_FACTOR"], Scene("&TOOL NAME = 'pin', FROM = 'a pair' /"), lambda: taken)
+    assert keys[-1].start == 0.9
     for key in keys:
         places = np.array([0.0, 0.2, 1.0])
         assert [key.scaled(key.value(place)) for place in places] == pytest.approx(places)

@@ -190,7 +190,7 @@ def check_program(words, directory):
         del arguments[k - 1:k + 1]     # --set KEY=...: any value
     if "--material" in words:
         arguments = ["--material", sorted((driver.ROOT / "tests/system/points").glob("*.nml"))[0]]
-    elif not any(word.startswith(("--keys", "--version", "--materials", "--new", "--help")) for word in words):
+    elif not any(word.startswith(("--keys", "--version", "--materials", "--pairs", "--new", "--help")) for word in words):
         arguments.append("--check=scene")
     done = driver.run(None, *arguments, directory=directory, expect=None)
     assert done.status == driver.WELL, done.err

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Materials from a library: FROM = 'library' and entries by name, own values, own libraries, restarts."""
+"""Materials and pairs of surfaces from libraries: FROM and entries by name, own values, own libraries, restarts."""
 
 import pathlib
 import re
@@ -158,7 +158,7 @@ def test_another_law_keeps_the_rest(run, tmp_path):
 @pytest.mark.parametrize(
     "material, complaint",
     [
-        ("NAME = 'copper', FROM = 'coper'", "error: &MATERIAL FROM = 'coper': the library has no 'coper'; it has copper,"),
+        ("NAME = 'copper', FROM = 'coper'", "error: &MATERIAL FROM = 'coper': the library has no 'coper'; did you mean copper?"),
         ("NAME = 'copper', FROM = 'library', LIBRARY = 'none.nml'", "none.nml cannot be read"),
         ("NAME = 'copper', LIBRARY = 'none.nml'", "has no effect without FROM"),
         ("NAME = 'copper', FROM = 'mine', LIBRARY = 'bad.nml'", "bad.nml:2: error: &MATERIAL DENSITY = -8960: must be > 0"),
@@ -197,3 +197,113 @@ def test_hot_copper(run, tmp_path):
     q = n * np.log(np.sinh(alpha * a) / np.sinh(alpha * c)) * 8.314462618 / (1.0 / 773.0 - 1.0 / 1123.0)
     assert abs(n - 5.0) < 0.02
     assert abs(q / 145e3 - 1.0) < 0.005
+
+
+PAIRS = """
+&PAIR NAME = 'seizing', FRICTION_LAW = 'shear-factor', SHEAR_FACTOR = 0.9, FRICTION = 0.7, COEFFICIENT = 900, PRESSURE_FACTOR = 50 /
+&PAIR NAME = 'sliding', FRICTION = 0.3, FRICTION_TABLE_OF = 'temperature', FRICTION_AT = 300, 900, FRICTION_MU = 0.4, 0.2
+  TABLE_OF = 'pressure', TABLE_AT = 0, 1e6, TABLE_COEFFICIENT = 500, 2000 /
+&PAIR NAME = 'bad', FRICTION = -1 /
+&REFERENCE PAIR = 'seizing', KEYS = 'SHEAR_FACTOR FRICTION', RANGE = 0.5, 1, TEXT = 'ring tests [seen: report 3]' /
+"""
+
+
+def pressed(tmp_path, tool="", wall="", surface=""):
+    """A pass of the program's own scene whose tool, anvil and film are those of pairs of surfaces, beside their own keys."""
+    (tmp_path / "pairs.nml").write_text(PAIRS, encoding="utf-8")
+    text = subprocess.run([driver.EXECUTABLE, "--new", "pin"], capture_output=True, text=True, check=True).stdout
+    for old, new in ((", FRICTION_LAW = 'shear-factor', SHEAR_FACTOR = 1", tool), ("'zmin', FRICTION = 0.4", "'zmin'" + wall),
+                     (", COEFFICIENT = 1000, PRESSURE_FACTOR = 1800", surface)):
+        assert text.count(old) == 1
+        text = text.replace(old, re.sub("(?=FROM = '(seizing|sliding|bad)')", "LIBRARY = 'pairs.nml', ", new))
+    (tmp_path / "pin.nml").write_text(text, encoding="utf-8")
+    return tmp_path / "pin.nml"
+
+
+def taken(out):
+    """Keys and values that the log says were taken, by tool, wall and surface."""
+    found = {}
+    for line in out.split("scene")[0].splitlines():
+        if (head := re.match(r"(tool|wall|surface)\b.* from the library", line)):
+            found[head[1]] = own = {}
+        elif line.startswith("material"):
+            own = {}
+        elif line.startswith("  "):
+            own |= dict(re.findall(r"(\w+) = ((?:'[^']*'|[\d.e+-]+)(?:, [\d.e+-]+)*)", line.split(": ")[0]))
+    return found
+
+
+@pytest.mark.parametrize(
+    "tool, surface, friction, film",
+    [
+        ("FROM = 'seizing'", "FROM = 'seizing'", {"FRICTION_LAW": "'shear-factor'", "SHEAR_FACTOR": "0.9"},
+         {"COEFFICIENT": "900", "PRESSURE_FACTOR": "50"}),
+        ("FROM = 'seizing', SHEAR_FACTOR = 0.6", "FROM = 'seizing', COEFFICIENT = 10", {"FRICTION_LAW": "'shear-factor'"},
+         {"PRESSURE_FACTOR": "50"}),
+        ("FROM = 'seizing', FRICTION = 0.5", "FROM = 'sliding', COEFFICIENT = 10", None, None),
+        ("FROM = 'seizing', FRICTION_LAW = 'coulomb'", "FROM = 'sliding'", {"FRICTION": "0.7"},
+         {"TABLE_OF": "'pressure'", "TABLE_AT": "0, 1e6", "TABLE_COEFFICIENT": "500, 2000"}),
+        ("FROM = 'sliding'", "FROM = 'sliding', TABLE_OF = 'none', COEFFICIENT = 10",
+         {"FRICTION": "0.3", "FRICTION_TABLE_OF": "'temperature'", "FRICTION_AT": "300, 900", "FRICTION_MU": "0.4, 0.2"}, None),
+        ("FROM = 'sliding', FRICTION = 0.1", "FROM = 'seizing', PRESSURE_FACTOR = 0", None, {"COEFFICIENT": "900"}),
+        ("FROM = 'sliding', FRICTION_LAW = 'shear-factor', SHEAR_FACTOR = 1", "FROM = 'seizing'", None,
+         {"COEFFICIENT": "900", "PRESSURE_FACTOR": "50"}),
+    ],
+)
+def test_pair_gives_what_a_group_does_not(run, tmp_path, tool, surface, friction, film):
+    """A pair gives the friction and the film that a group does not give itself: what is written beside FROM stands, also where a
+    law or table of the pair would leave it without effect."""
+    path = pressed(tmp_path, ", " + tool, ", FROM = 'seizing'", ", " + surface)
+    found = taken(run(path, "--check=scene").out)
+    assert found.get("tool") == friction
+    assert found.get("surface") == film
+    assert found["wall"] == {"FRICTION": "0.7"}
+
+
+def test_pair_acts_as_if_written(run, tmp_path):
+    """Friction and film of a pair of the program act as written ones: bitwise the same state. The log names range and source."""
+    path = pressed(tmp_path, ", FROM = 'tool steel on aluminium'", ", FROM = 'sheet on steel anvil'", ", FROM = 'sheet on steel anvil'")
+    one = run(path, sets={"TIME.MAX_STEPS": 3})
+    assert "tool tool from the library" in one.out and "surface zmin of plate from the library" in one.out
+    assert re.search(r"  FRICTION_LAW = 'shear-factor', SHEAR_FACTOR = 1: known from 0.6 to 1; .* \[s\]\n", one.out)
+    resolved = (tmp_path / "pin.out/pin_input.nml").read_text(encoding="utf-8")
+    assert "SHEAR_FACTOR = 1\n" in resolved and "! Of wall zmin a library gave:" in resolved
+    (tmp_path / "written").mkdir()
+    other = run(pressed(tmp_path / "written", ", FRICTION_LAW = 'shear-factor', SHEAR_FACTOR = 1", ", FRICTION = 0.4",
+                        ", COEFFICIENT = 1000, PRESSURE_FACTOR = 1800"), directory=tmp_path / "written", sets={"TIME.MAX_STEPS": 3})
+    states = [done.results("pin").checkpoint() for done in (one, other)]
+    assert np.array_equal(states[0].tau, states[1].tau) and np.array_equal(states[0].temp, states[1].temp)
+    again = run(None, "--restart", "pin.out/pin_checkpoint.h5", sets={"TOOL.FROM": "PCBN on steel"}, expect=driver.BAD_INPUT)
+    assert "a restart cannot change pairs" in again.err
+
+
+@pytest.mark.parametrize(
+    "keys, complaint",
+    [
+        ({"tool": ", FROM = 'tool steel on aluminum'"},
+         r"pin.nml:\d+: error: &TOOL FROM = 'tool steel on aluminum': .* did you mean tool steel on aluminium\?"),
+        ({"wall": ", FROM = 'ice'"}, r"pin.nml:\d+: error: &WALL FROM = 'ice': the library has no 'ice'; it has tool steel on"),
+        ({"surface": ", FROM = 'WC on steel'"}, r"pin.nml:\d+: error: &SURFACE FROM = 'WC on steel': has no key of a &SURFACE"),
+        ({"tool": ", FROM = 'bad'"}, r"pairs.nml:\d+: error: &PAIR FRICTION = -1: must be >= 0"),
+        ({"wall": ", LIBRARY = 'none.nml'"}, "has no effect without FROM"),
+    ],
+)
+def test_pair_that_cannot_be_taken(run, tmp_path, keys, complaint):
+    """A pair that is not there, says nothing of this group or has a bad value: one complaint with the place and the nearest name."""
+    done = run(pressed(tmp_path, **({"surface": ", COEFFICIENT = 1"} | keys)), "--check=scene", expect=driver.BAD_INPUT)
+    assert re.search(complaint, done.err), done.err
+    assert done.err.count("error:") == 1
+
+
+def test_list_of_pairs(run):
+    """--pairs lists every pair with values, range and source; each source says how it was read."""
+    out = run(None, "--pairs").out
+    text = (driver.ROOT / "share/stirpoint/pairs.nml").read_text(encoding="utf-8")
+    names = re.findall(r"^&PAIR NAME = '([^']*)'", text, re.MULTILINE)
+    assert len(names) > 10 and all(f"\n{name}\n  " in out for name in names)
+    page = (driver.ROOT / "docs/materials.md").read_text(encoding="utf-8")
+    assert all(f"`{name}`" in page for name in names)
+    for source in re.findall(r"TEXT = '([^']*)'", text):
+        derived = source.startswith(("a choice of this library", "as those of"))
+        assert derived or re.search(r" \[(seen: .+|not seen.*|taken over with the model, not compared again)\]$", source), source
+        assert source in out and len(source) < 900

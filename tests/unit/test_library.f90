@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> The library of materials: every entry is a good input with a source for each value, its flow
-!> curves are plausible, its constants beside mechanics are the means of its tables.
+!> The libraries of materials and pairs: every entry is a good input with a source for each value;
+!> flow curves are plausible, constants beside mechanics are the means of their tables; values of
+!> pairs are within the range in which they are known.
 program test_library
   use base_kinds, only: rp
   use base_system, only: data_file
@@ -32,18 +33,30 @@ program test_library
   call expect('nothing is wrong with the library', library%diagnostics%count() == 0)
   call expect('it has entries', size(material) >= 9)
   do m = 1, size(material)
-    call test_sources(m)
+    call test_sources(group, m)
     call test_curves(m)
     call test_means(m, 'SPECIFIC_HEAT')
     call test_means(m, 'CONDUCTIVITY')
   end do
   call test_needs()
+  call data_file('pairs.nml', path, problem)
+  call read_input(library_table(key_table()), path, no_sets, library)
+  if (library%diagnostics%count() > 0) call library%diagnostics%print(6)
+  call expect('nothing is wrong with the pairs', library%diagnostics%count() == 0)
+  call expect('there are pairs', library%count('PAIR') >= 10)
+  do m = 1, library%count('PAIR')
+    call test_sources('PAIR', m)
+  end do
+  do m = 1, library%count('REFERENCE')
+    call test_range(m)
+  end do
   call end_tests()
 
 contains
 
   !> Each value has one source, and each source stands for values that are there.
-  subroutine test_sources(m)
+  subroutine test_sources(group, m)
+    character(*), intent(in) :: group
     integer, intent(in) :: m
     character(48), allocatable :: keys(:), all(:)
     character(:), allocatable :: key, name
@@ -52,30 +65,56 @@ contains
     name = library%text(group, m, 'NAME')
     allocate (all(0))
     do r = 1, library%count('REFERENCE')
-      if (library%text('REFERENCE', r, 'MATERIAL') /= name) cycle
+      if (library%text('REFERENCE', r, group) /= name) cycle
       call split_words(library%text('REFERENCE', r, 'KEYS'), keys)
       all = [character(48) :: all, keys]
       do k = 1, size(keys)
-        call expect(name//': a source of '//trim(keys(k)), is_given(m, trim(keys(k))))
+        call expect(name//': a source of '//trim(keys(k)), is_given(group, m, trim(keys(k))))
       end do
     end do
     associate (row => library%table%groups(library%table%find_group(group)))
       do k = row%first, row%last
         key = trim(library%table%keys(k)%name)
-        if (key == 'NAME' .or. .not. is_given(m, key)) cycle
+        if (key == 'NAME' .or. .not. is_given(group, m, key)) cycle
         call expect(name//': one source of '//key, count(all == key) == 1)
       end do
     end associate
   end subroutine test_sources
 
   !> Whether an entry has a key.
-  logical function is_given(m, key)
+  logical function is_given(group, m, key)
+    character(*), intent(in) :: group, key
     integer, intent(in) :: m
-    character(*), intent(in) :: key
 
     is_given = library%table%find_key(library%table%find_group(group), key) > 0
     if (is_given) is_given = library%given(group, m, key)
   end function is_given
+
+  !> Numbers of a pair, but for places of a table, are within the range of their source.
+  subroutine test_range(r)
+    integer, intent(in) :: r
+    character(:), allocatable :: name
+    character(48), allocatable :: keys(:)
+    real(rp) :: range(2)
+    integer :: k, m
+
+    name = library%text('REFERENCE', r, 'PAIR')
+    range = library%reals('REFERENCE', r, 'RANGE', 2)
+    call expect(name//': a range', library%given('REFERENCE', r, 'RANGE') .and. range(1) < range(2))
+    do m = 1, library%count('PAIR')
+      if (library%text('PAIR', m, 'NAME') == name) exit
+    end do
+    call split_words(library%text('REFERENCE', r, 'KEYS'), keys)
+    do k = 1, size(keys)
+      associate (t => library%table)
+        if (t%keys(t%find_key(t%find_group('PAIR'), keys(k)))%kind /= 'real') cycle
+        if (index(keys(k), '_AT') > 0) cycle
+        call expect(name//': '//trim(keys(k))//' is within its range', all( &
+          library%list('PAIR', m, trim(keys(k))) >= range(1) .and. &
+          library%list('PAIR', m, trim(keys(k))) <= range(2)))
+      end associate
+    end do
+  end subroutine test_range
 
   !> Flow stress is above 0 and of a metal below T_MELT, falls with temperature, does not fall with
   !> the rate, and is nothing at T_MELT.
@@ -130,7 +169,7 @@ contains
     real(rp) :: mean, x
     integer :: k, n
 
-    if (.not. is_given(m, key//'_TABLE')) return
+    if (.not. is_given(group, m, key//'_TABLE')) return
     allocate (pairs, source=library%list(group, m, key//'_TABLE'))
     t = pairs(1::2)
     v = pairs(2::2)

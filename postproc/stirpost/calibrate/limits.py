@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,8 +75,9 @@ def of(name: str) -> tuple | None:
     return LIMITS.get(f"{found['group']}.{found['key']}".upper()) if found else None
 
 
-def varied(texts: list[str], scene: Scene) -> list[Key]:
-    """The keys of --vary. A start that is not given is the value of the input, or else the middle."""
+def varied(texts: list[str], scene: Scene, resolved: Callable[[], Scene] | None = None) -> list[Key]:
+    """The keys of --vary. A start that is not given is the value of the input, that which the group takes from a library (the
+    `resolved` scene has it), or else the middle."""
     keys = []
     for text in texts:
         name, mark, words = text.partition("=")
@@ -104,6 +106,8 @@ def varied(texts: list[str], scene: Scene) -> list[Key]:
             key.reason = row[3] if numbers[1:] in ([], list(row[:2])) else "" if row[0] <= low and high <= row[1] else \
                 f"wider than {row[0]:g} to {row[1]:g}, {row[3]}"
         given = numbers[0] if numbers else scene.get(name)
+        if given is None and found and resolved and scene.get(f"{name.rpartition('.')[0]}.FROM"):
+            given = resolved().get(name)
         inside = isinstance(given, (int, float)) and low < given < high
         if numbers and not inside:
             raise ValueError(f"--vary {text}: {FORM}" + ("" if numbers[1:] else f"; LOW and HIGH are {low:g} and {high:g}"))

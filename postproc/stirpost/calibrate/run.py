@@ -58,12 +58,12 @@ def main(arguments: list[str] | None = None) -> int:
         raise ValueError(f"{options.input}: no such input")
     output = options.output or Path(f"{options.input.stem}_calibration")
     output.mkdir(parents=True, exist_ok=True)
-    keys = limits.varied(options.vary, Scene.read(options.input))
     sets = {"OUTPUT.FRAME_INTERVAL": "0"} | pairs(options.set, "--set")
     common = dict(path=options.input, folder=output / "runs", named=options.program, ranks=options.ranks)
     coarse = Trials(sets=sets | pairs(options.coarse, "--coarse"), most=options.runs, **common)
     fine = Trials(sets=sets, most=options.fine_runs if options.coarse else 0, **common)
     errors = {name: float(value) for name, value in pairs(options.uncertainty, "--uncertainty").items()}
+    keys = limits.varied(options.vary, Scene.read(options.input), lambda: coarse.first_step({}).scene)
     known = coarse.first_step({key.name: key.start for key in keys})
     wanted = measured(options.records, options.unit, known, options.start, options.end, errors)
     wanted += [targets.read(text, known) for text in options.target]
