@@ -42,7 +42,7 @@ class Metal:
     name: str
     melts: float
     temperatures: tuple  # of the tests
-    rates: tuple
+    rates: tuple  # empty if the source names none
     plausible: tuple  # temperature, lowest and highest stress at 1/s and at 100/s; empty if the source names none
 
 
@@ -53,10 +53,10 @@ def metals() -> list[Metal]:
         if "LAW = 'hot-working'" not in entry:
             continue
         source = re.search(r"KEYS = 'LAW ST_.*?TEXT = '([^']*)'", entry, re.DOTALL)[1]
-        range_ = re.search(r"([\d.]+) to ([\d.]+) K, ([\d.e-]+) to ([\d.e-]+) 1/s", source).groups()
+        low, high, *rates = re.search(r"([\d.]+) to ([\d.]+) K(?:, ([\d.e-]+) to ([\d.e-]+) 1/s)?", source).groups()
         stresses = re.search(r"plausible at (\d+) K: (\d+) to (\d+) MPa at 1/s, (\d+) to (\d+) MPa at 100/s", source)
-        found.append(Metal(re.search(r"NAME = '([^']*)'", entry)[1], float(re.search(r"T_MELT = (\d+)", entry)[1]), range_[:2],
-                           range_[2:], tuple(map(float, stresses.groups())) if stresses else ()))
+        found.append(Metal(re.search(r"NAME = '([^']*)'", entry)[1], float(re.search(r"T_MELT = (\d+)", entry)[1]), (low, high),
+                           tuple(filter(None, rates)), tuple(map(float, stresses.groups())) if stresses else ()))
     return found
 
 

@@ -9,8 +9,9 @@ module front_help
   use input_diagnostics, only: diagnostics_t
   use input_key_table, only: key_table_t
   use input_keys, only: print_keys, print_keys_markdown
-  use input_library, only: range_of, read_library, source_lines, taker_label, takers
+  use input_library, only: range_of, read_library, reference_number, takers
   use input_scan, only: read_file
+  use input_sources, only: source_lines, taker_label, way_of
   use input_syntax, only: split_words
   use input_values, only: input_t
   use input_wording, only: unknown_group
@@ -148,8 +149,10 @@ contains
     do m = 1, library%count(kind)
       call log_line('')
       line = library%text(kind, m, 'NAME')
-      if (kind == 'MATERIAL') line = line//'  ('//library%text(kind, m, 'LAW')// &
-        ', melts at '//library%values(kind, m, 'T_MELT')//' K)'
+      r = reference_number(library, kind, m, 'LAW')
+      if (r > 0) line = line//'  ('//library%text(kind, m, 'LAW')//', source '// &
+        way_of(library%text('REFERENCE', r, 'TEXT'))//'; melts at '// &
+        library%values(kind, m, 'T_MELT')//' K)'
       call log_line(line)
       do r = 1, library%count('REFERENCE')
         if (library%text('REFERENCE', r, kind) /= library%text(kind, m, 'NAME')) cycle

@@ -7,7 +7,7 @@ module input_library
   use base_system, only: data_file
   use base_text, only: joined, lower, str
   use input_assignments, only: assignment_t
-  use input_diagnostics, only: diagnostics_t, excerpt
+  use input_diagnostics, only: diagnostics_t
   use input_key_table, only: find, key_row_t, key_table_t
   use input_scan, only: read_file, scan_text
   use input_syntax, only: split_words
@@ -16,8 +16,8 @@ module input_library
   implicit none (type, external)
   private
 
-  public :: add_pair_keys, library_table, range_of, read_library, source_lines, take_from_library
-  public :: taker_label, takers
+  public :: add_pair_keys, library_table, range_of, read_library, reference_number
+  public :: take_from_library, takers
 
   !> Groups that take values from an entry, and the kind of the entry.
   character(8), parameter :: takers(4) = [character(8) :: 'MATERIAL', 'TOOL', 'WALL', 'SURFACE']
@@ -331,69 +331,5 @@ contains
     range = library%reals('REFERENCE', r, 'RANGE', 2)
     text = 'known from '//str(range(1))//' to '//str(range(2))//'; '
   end function range_of
-
-  !> What the `i`-th group is called in messages: its kind, and its name or place.
-  function taker_label(input, group, i) result(text)
-    type(input_t), intent(in) :: input
-    character(*), intent(in) :: group
-    integer, intent(in) :: i
-    character(:), allocatable :: text
-
-    select case (group)
-    case ('WALL')
-      text = 'wall '//input%text(group, i, 'SIDE')
-    case ('SURFACE')
-      text = 'surface '//input%text(group, i, 'FACE')//' of '//input%text(group, i, 'BODY')
-    case default
-      text = lower(group)//' '//input%text(group, i, 'NAME')
-    end select
-  end function taker_label
-
-  !> Lines, each after a `margin`, with the values that the `i`-th group took from a library and
-  !> their sources, in the words of the library or brief; '' if it took none.
-  function source_lines(input, group, i, margin, is_brief) result(text)
-    type(input_t), intent(in) :: input
-    character(*), intent(in) :: group
-    integer, intent(in) :: i
-    character(*), intent(in) :: margin
-    logical, intent(in) :: is_brief
-    character(:), allocatable :: text
-    type(taken_t), allocatable :: values(:)
-    integer :: first, k
-
-    text = ''
-    if (.not. allocated(input%taken)) return
-    values = pack(input%taken, input%taken%instance == i .and. input%taken%group == group)
-    do first = 1, size(values)
-      if (any(values(:first - 1)%source == values(first)%source)) cycle
-      text = text//margin
-      do k = first, size(values)
-        if (values(k)%source /= values(first)%source) cycle
-        if (k > first) text = text//', '
-        text = text//trim(values(k)%key)//' = ' &
-               //excerpt(input%values(group, i, trim(values(k)%key)))
-      end do
-      if (is_brief) then
-        text = text//': '//brief_source(trim(values(first)%source))//new_line('a')
-      else
-        text = text//': '//trim(values(first)%source)//new_line('a')
-      end if
-    end do
-  end function source_lines
-
-  !> A source with a letter in place of the note on how it was read: [s] seen, [m] from memory, [t]
-  !> taken over with a model.
-  pure function brief_source(source) result(text)
-    character(*), intent(in) :: source
-    character(:), allocatable :: text
-    character(7), parameter :: notes(3) = ['[seen  ', '[not se', '[taken ']
-    integer :: k, n
-
-    text = source
-    do k = 1, size(notes)
-      n = index(source, trim(notes(k)))
-      if (n > 0) text = source(:n)//'smt'(k:k)//']'
-    end do
-  end function brief_source
 
 end module input_library

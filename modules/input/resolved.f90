@@ -6,7 +6,8 @@ module input_resolved
   use base_disk, only: file_bytes, file_sum, full_path, sum_words
   use base_kinds, only: i8
   use base_text, only: str
-  use input_library, only: source_lines, taker_label, takers
+  use input_library, only: takers
+  use input_sources, only: source_lines, taker_label
   use input_values, only: input_t
   implicit none (type, external)
   private

@@ -69,6 +69,7 @@ contains
       'instead of CONDUCTANCE, pairs of pressure [Pa] and conductance [W/(m2 K)]; linear '// &
       'between, constant outside')
 
+    call t%may_change('WALL', 'FROM LIBRARY')
     call t%may_change('LOAD', 'FORCE')
     call t%may_change('TRACTION', 'PRESSURE VECTOR')
   end subroutine add_boundary
@@ -81,6 +82,7 @@ contains
     call add_surface(t)
     call add_backing(t)
     call t%may_change('HEAT', 'FOURIER SOLVER TOLERANCE STEP EVERY')
+    call t%may_change('SURFACE', 'FROM LIBRARY')
   end subroutine add_heat
 
   !> Rows of &HEAT.

@@ -47,7 +47,7 @@ contains
       'friction does not exceed the shear yield stress of the body')
     call add_machine(t)
     call add_tool_heat(t)
-    call t%may_change('TOOL', 'MASS DAMPING')
+    call t%may_change('TOOL', 'FROM LIBRARY MASS DAMPING')
     call add_motion(t)
   end subroutine add_tool
 

@@ -71,7 +71,7 @@ def test_first_lines(run, tmp_path):
     assert said and all(re.search(r"( \[[smt]\]|as those of [\w-]+)$", line) for line in said), said
     notes = re.findall(r"TEXT = '([^']*)'", (driver.ROOT / "share/stirpoint/materials.nml").read_text(encoding="utf-8"))
     resolved = (tmp_path / "pin.out/pin_input.nml").read_text(encoding="utf-8")
-    assert any(note in resolved and "[not seen" in note for note in notes)
+    assert any(note in resolved and "seen: " in note for note in notes)
 
 
 def test_hot_metal_is_plausible():
@@ -175,8 +175,12 @@ def test_what_cannot_be_taken(run, tmp_path, material, complaint):
 
 
 def test_list(run):
-    """--materials lists what FROM may name."""
+    """--materials lists what FROM may name, first how the source of its law was read, as the document does."""
     out = run(None, "--materials").out
+    page = (driver.ROOT / "docs/materials.md").read_text(encoding="utf-8")
+    listed = re.findall(r"^(\S+)  \([\w-]+, source (seen|from memory|taken over); melts at (\d+) K\)$", out, re.MULTILINE)
+    assert len(listed) > 15
+    assert sorted(listed) == sorted(re.findall(r"^\| `([^`]+)` \| [^|]+ \| ([^|]+) \| (\d+) \|", page, re.MULTILINE))
     for name in ("copper", "copper-hot", "AA5005", "AA6061-T6", "AA2024-T3", "AA7075-T6", "Ti-6Al-4V", "304L", "AZ31", "H13"):
         assert f"\n{name}  (" in out
 
@@ -273,6 +277,7 @@ def test_pair_acts_as_if_written(run, tmp_path):
                         ", COEFFICIENT = 1000, PRESSURE_FACTOR = 1800"), directory=tmp_path / "written", sets={"TIME.MAX_STEPS": 3})
     states = [done.results("pin").checkpoint() for done in (one, other)]
     assert np.array_equal(states[0].tau, states[1].tau) and np.array_equal(states[0].temp, states[1].temp)
+    run("written/pin.nml", "--restart", "pin.out/pin_checkpoint.h5", sets={"TIME.MAX_STEPS": 4})
     again = run(None, "--restart", "pin.out/pin_checkpoint.h5", sets={"TOOL.FROM": "PCBN on steel"}, expect=driver.BAD_INPUT)
     assert "a restart cannot change pairs" in again.err
 
