@@ -13,8 +13,8 @@ cold sheet beyond the sides, a left-hand thread on the pin in sheets above 4 mm,
 thickness up to 4 mm, else a quarter, and longer beside the shoulder. Results are means of the last second of a travel of two radii of the shoulder. A variant has other
 cells or another mass scaling, for the numerical error; --set changes one key of the rule. --film (at 1 MPa), --friction (0: the metal
 seizes on the tool) and --travel are recorded in rule.jsonl.
---page draws docs/pictures/welds.png from results.jsonl and prints the deviations. docs/welds.md names the sources; reported
-values are cited from memory.
+--page draws docs/pictures/welds.png from results.jsonl and prints the deviations. docs/welds.md names the sources; reported.json has the
+reported values, remembered (cited from memory) or read in a text, a range as two values.
 """
 
 import argparse
@@ -49,7 +49,7 @@ RULE = (2.5, 4, 3e6)
 VARIANTS = {"coarse": (2, 3, 3e6), "fine": (3, 5, 3e6), "light": (2.5, 4, 1e6)}
 
 
-def weld(metal, thickness, shoulder, pin, length, rpm, speed, reported, tilt=2.0, concavity=0.0, probe=None,
+def weld(metal, thickness, shoulder, pin, length, rpm, speed, tilt=2.0, concavity=0.0, probe=None,
          force=None, beside=None, tip=None, depth=None, backing=20.0, scaling=None):
     """Dimensions in mm (diameters, tip: of the pin), speed in mm/s, force of the travel in kN instead of a depth, metal of the
     retreating side; depth of the centre of the face below the surface [mm], thickness of the steel below the sheet [mm]."""
@@ -59,30 +59,29 @@ def weld(metal, thickness, shoulder, pin, length, rpm, speed, reported, tilt=2.0
 def rabe(metal, thickness, rpm, speed, left):
     """A weld of Rabe, Reisgen and Schiebahn (2023): rpm, speed in mm/min, metal left under the trailing edge of the shoulder [mm]."""
     length, tilt = 2.85 if thickness == 3.0 else 1.42, 1.5
-    return weld(metal, thickness, 14.0, 5.0, length, rpm, speed / 60, dict(), tilt=tilt, concavity=7.0,
+    return weld(metal, thickness, 14.0, 5.0, length, rpm, speed / 60, tilt=tilt, concavity=7.0,
                 tip=5.0 - 2 * length * np.tan(np.radians(10.0)), depth=thickness - left - 7.0 * np.sin(np.radians(tilt)),
                 backing=8.0, scaling=4e5)
 
 
-SCHMIDT = dict(torque=50.0, force=21.5, power=2.1, peak=735.0)
 TANG = ("AA6061-T6-weld", 6.4, 19.0, 6.4, 5.8)
 WELDS = {
-    "aa2024": weld("AA2024-T3-weld", 3.0, 18.0, 6.0, 2.4, 400, 2.0, SCHMIDT, tilt=1.0, concavity=10.0),
-    "aa2024-pressed": weld("AA2024-T3-weld", 3.0, 18.0, 6.0, 2.4, 400, 2.0, SCHMIDT, tilt=1.0, concavity=10.0, force=SCHMIDT["force"]),
-    "304l-300": weld("304L-weld", 3.18, 19.0, 8.0, 2.8, 300, 1.69, dict(torque=48.0, force=31.0, power=1.52, peak=1200.0)),
-    "304l-pressed": weld("304L-weld", 3.18, 19.0, 8.0, 2.8, 300, 1.69, dict(torque=48.0, force=31.0, power=1.52, peak=1200.0), force=31.0),
-    "304l-500": weld("304L-weld", 3.18, 19.0, 8.0, 2.8, 500, 1.69, dict(torque=33.0, power=1.73)),
-    "aa6061-300": weld(*TANG, 300, 2.0, dict(), probe=(0.5, 5.0)),
-    "aa6061-400": weld(*TANG, 400, 2.0, dict(probe=720.0), probe=(0.5, 5.0)),
-    "aa6061-650": weld(*TANG, 650, 2.0, dict(rise=40.0), probe=(0.5, 5.0)),
-    "aa6061-1000": weld(*TANG, 1000, 2.0, dict(rise=20.0), probe=(0.5, 5.0)),
-    "copper-900": weld("copper-hot", 3.0, 12.0, 3.0, 2.9, 900, 0.67, dict(peak=768.0)),
+    "aa2024": weld("AA2024-T3-weld", 3.0, 18.0, 6.0, 2.4, 400, 2.0, tilt=1.0, concavity=10.0),
+    "aa2024-pressed": weld("AA2024-T3-weld", 3.0, 18.0, 6.0, 2.4, 400, 2.0, tilt=1.0, concavity=10.0, force=21.5),
+    "304l-300": weld("304L-weld", 3.18, 19.0, 8.0, 2.8, 300, 1.69),
+    "304l-pressed": weld("304L-weld", 3.18, 19.0, 8.0, 2.8, 300, 1.69, force=31.0),
+    "304l-500": weld("304L-weld", 3.18, 19.0, 8.0, 2.8, 500, 1.69),
+    "aa6061-300": weld(*TANG, 300, 2.0, probe=(0.5, 5.0)),
+    "aa6061-400": weld(*TANG, 400, 2.0, probe=(0.5, 5.0)),
+    "aa6061-650": weld(*TANG, 650, 2.0, probe=(0.5, 5.0)),
+    "aa6061-1000": weld(*TANG, 1000, 2.0, probe=(0.5, 5.0)),
+    "copper-900": weld("copper-hot", 3.0, 12.0, 3.0, 2.9, 900, 0.67),
 } | {
-    f"aa2524-{rpm}": weld("AA2024-T3-weld", 6.4, 20.3, 7.1, 6.1, rpm, 2.1, dict(exponent=-0.65)) for rpm in (150, 300, 450, 600, 800)
+    f"aa2524-{rpm}": weld("AA2024-T3-weld", 6.4, 20.3, 7.1, 6.1, rpm, 2.1) for rpm in (150, 300, 450, 600, 800)
 } | {
-    f"aa6061-650-{speed}": weld(*TANG, 650, float(speed), dict(), probe=(0.5, 5.0)) for speed in (1, 4)
+    f"aa6061-650-{speed}": weld(*TANG, 650, float(speed), probe=(0.5, 5.0)) for speed in (1, 4)
 } | {
-    f"aa5083-6082-{speed}": weld("AA5083-H116-weld", 3.0, 18.0, 5.0, 2.6, 560, speed / 60, dict(), probe=(0.5, 6.5), beside="AA6082-T6-weld")
+    f"aa5083-6082-{speed}": weld("AA5083-H116-weld", 3.0, 18.0, 5.0, 2.6, 560, speed / 60, probe=(0.5, 6.5), beside="AA6082-T6-weld")
     for speed in (100, 200, 300)    # [mm/min]
 }
 RABE = {    # nominal depths, of which a sound weld is meant, and .15 mm less
@@ -206,30 +205,34 @@ def measure(results, seconds):
 
 
 def draw(pairs):
-    """Computed over reported, on logarithmic axes, with lines of 15 and 30 % for all but the temperatures."""
-    names = sorted({pair[0].split("-")[0] for _, found in pairs.values() for pair in found})
+    """Computed over reported, on logarithmic axes, with lines of 15 and 30 % for all but the temperatures; filled: remembered, open: read.
+    Bars are the range of the reported value, and of what was computed with other values of the rule, cells or mass scaling."""
+    names = list(dict.fromkeys(one.weld["weld"] for _, found in pairs.values() for one in found))
     with matplotlib.rc_context(look.STYLE):
-        figure = look.new_figure(7.6, 2.2)
+        figure = look.new_figure(7.6, 2.5)
         for axes, (key, (title, found)) in zip(figure.subplots(1, len(pairs)), pairs.items()):
-            told, computed = np.array([pair[1:] for pair in found]).T
-            low, high = 0.8 * min(told.min(), computed.min()), 1.25 * max(told.max(), computed.max())
-            line = np.array([low, high])
+            ends = [end for one in found for end in (*one.told_ends, *one.computed_ends)]
+            line = np.array([0.8 * min(ends), 1.25 * max(ends)])
             for part in (0.05, ) if key == "temperature" else (0.15, 0.3):
                 axes.fill_between(line, line * (1 - part), line * (1 + part), color=look.LINES[7], alpha=0.15, linewidth=0)
             axes.plot(line, line, color=look.INK, linewidth=0.7)
-            for k, name in enumerate(names):
-                own = np.array([pair[0].split("-")[0] == name for pair in found])
-                if own.any():
-                    axes.plot(told[own], computed[own], "o", markersize=4, color=look.LINES[k], label=name)
+            for one in found:
+                colour = look.LINES[names.index(one.weld["weld"])]
+                bars = [[[value - low], [high - value]] for value, (low, high) in ((one.told, one.told_ends), (one.computed, one.computed_ends))]
+                axes.errorbar([one.told], [one.computed], xerr=bars[0], yerr=bars[1], fmt="o", markersize=4, color=colour, elinewidth=0.8,
+                              markerfacecolor=colour if one.weld["known"] == "remembered" else "white")
             axes.set(xscale="log", yscale="log", xlim=line, ylim=line, xlabel=title, aspect="equal")
             for axis in (axes.xaxis, axes.yaxis):
                 axis.set_major_locator(matplotlib.ticker.LogLocator(subs=(1, 2, 3, 5, 7)))
                 axis.set_major_formatter("{x:g}")
                 axis.set_minor_locator(matplotlib.ticker.NullLocator())
             axes.tick_params(labelsize=7.5)
-            axes.legend(fontsize=6.5, handletextpad=0.1, borderpad=0.0)
         figure.axes[0].set_ylabel("computed")
         figure.supxlabel("reported", fontsize=9.5)
+        shown = {one.weld["weld"]: one.weld["known"] for _, found in pairs.values() for one in found}
+        figure.legend(handles=[matplotlib.lines.Line2D([], [], marker="o", linestyle="", markersize=4, color=look.LINES[k], label=name,
+                                                       markerfacecolor=look.LINES[k] if shown[name] == "remembered" else "white")
+                               for k, name in enumerate(names)], loc="outside upper center", ncols=len(names), fontsize=6.5, handletextpad=0.1)
         look.save(figure, PICTURE)
 
 
@@ -265,7 +268,6 @@ def main():
             record |= {key: round(value, 3) for key, value in measure(done.results(stem), window_of(name, arguments.travel)).items()}
         else:
             record["said"] = done.err.strip().splitlines()[-1][-300:]
-        record["reported"] = WELDS[name]["reported"]
         print(json.dumps(record), flush=True)
         if arguments.record and done.status == driver.WELL:
             path = RULE_RESULTS if {"film", "friction", "travel"} & kind.keys() else RESULTS

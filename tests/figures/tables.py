@@ -5,6 +5,7 @@ import json
 import math
 import statistics
 import sys
+import typing
 
 import documents
 import measures
@@ -270,7 +271,7 @@ def kept(path, title):
     return rows
 
 
-WELDS = "benchmarks/welds/results.jsonl"
+WELDS, RULE, REPORTED = (f"benchmarks/welds/{name}" for name in ("results.jsonl", "rule.jsonl", "reported.json"))
 SHOWN = (("torque", "torque [N m]", "{:.0f}"), ("force", "axial force [kN]", "{:.0f}"), ("power", "power [kW]", "{:.1f}"))
 MEANT = {"coarse": "larger cells", "fine": "smaller cells", "light": "mass scaling 1e6"}
 
@@ -302,12 +303,12 @@ def welds(_):
     """Published welds: computed / reported; temperatures of the metal on the face, at a thermocouple and of the hottest particle."""
     rows = []
     for weld in shown_welds():
-        told = weld["reported"]
+        told = settings_of_welds()[weld["weld"]][1]
         row = [weld["weld"]]
         for key, _, form in SHOWN:
-            row.append(form.format(weld[key]) + (" / " + form.format(told[key]) if key in told else ""))
-        row.append(f"{weld['face']:.0f}" + (f" / {told['peak']:.0f}" if "peak" in told else ""))
-        row.append((f"{weld['probe']:.0f}" + (f" / {told['probe']:.0f}" if "probe" in told else "")) if "probe" in weld else "")
+            row.append(form.format(weld[key]) + (" / " + form.format(middle(told[key])) if key in told else ""))
+        row.append(f"{weld['face']:.0f}" + (f" / {middle(told['peak']):.0f}" if "peak" in told else ""))
+        row.append((f"{weld['probe']:.0f}" + (f" / {middle(told['probe']):.0f}" if "probe" in told else "")) if "probe" in weld else "")
         row.append(f"{weld['hottest']:.0f}")
         row.append(f"{weld['void']:.1f} ({weld['void_resolved']:.1f})" if "void" in weld else "")
         row.append(f"{weld['inertia']:.0f}")
@@ -315,44 +316,95 @@ def welds(_):
     return table(["weld", *(title for _, title, _ in SHOWN), "face [K]", "probe [K]", "hottest [K]", "largest void [mm2]", "inertial stress [%]"], rows)
 
 
+def settings_of_welds():
+    """Setting: its weld, and what is reported of it; a range of reported values is a list of two."""
+    found = json.loads((measures.ROOT / REPORTED).read_text(encoding="utf-8"))
+    return {name: (weld, told) for weld in found for name, told in weld["settings"].items()}
+
+
+def middle(told):
+    """A reported value, or the middle of its range."""
+    return statistics.mean(told) if isinstance(told, list) else told
+
+
+class Compared(typing.NamedTuple):
+    """A reported quantity of a setting of a weld: its value, ends of its range; computed by the rule, least and largest with other
+    values of the rule, cells or mass scaling."""
+
+    setting: str
+    weld: dict
+    told: float
+    told_ends: tuple
+    computed: float
+    computed_ends: tuple
+
+    @property
+    def deviation(self):
+        return 100.0 * (self.computed / self.told - 1.0)
+
+
 def reported_of_welds():
-    """Quantity: its title and (weld, reported, computed) of the welds of which it is reported; the force of a pressed tool is given."""
+    """Quantity: its title and what was compared; the force of a pressed tool is given."""
     found = {key: (title, []) for key, title, _ in (*SHOWN, ("temperature", "temperature [K]", None))}
-    for weld in shown_welds():
-        for key, told in weld["reported"].items():
+    rows = measures.lines(measures.ROOT / WELDS)
+    rows += [row for row in measures.lines(measures.ROOT / RULE) if row.get("travel", 2.0) == 2.0]
+    for row in by_name(row for row in rows if not {"variant", "set", "film", "friction", "travel"} & row.keys()):
+        weld, told = settings_of_welds()[row["weld"]]
+        for key in told.keys() & {"torque", "force", "power", "peak", "probe"}:
             own = {"peak": "face"}.get(key, key)
-            if own not in weld or (key == "force" and weld["weld"].endswith("pressed")):
+            if own not in row or (key == "force" and row["weld"].endswith("pressed")):
                 continue
-            found["temperature" if key in ("peak", "probe") else key][1].append((weld["weld"], told, weld[own]))
+            all_computed = [other[own] for other in rows if other["weld"] == row["weld"] and own in other]
+            ends = told[key] if isinstance(told[key], list) else [told[key]] * 2
+            found["temperature" if key in ("peak", "probe") else key][1].append(
+                Compared(row["weld"], weld, middle(told[key]), tuple(ends), row[own], (min(all_computed), max(all_computed))))
     return found
 
 
+def cut_welds():
+    """Settings whose voids were looked for: the weld, and whether it is closed or not as reported; a hole of a pore is none."""
+    rows = [row for row in measures.lines(measures.ROOT / WELDS) if "void" in row and not {"variant", "set"} & row.keys()]
+    known = [(row, *settings_of_welds()[row["weld"]]) for row in rows]
+    return [(weld, (row["void"] < 1.5 * row["void_resolved"]) == told["closed"]) for row, weld, told in known if "closed" in told]
+
+
 def weld_ratios(_):
-    """Deviation of the computed from the reported values: median of the magnitudes, and the largest."""
-    rows = []
-    for title, found in reported_of_welds().values():
-        off = {name: 100.0 * (computed / told - 1.0) for name, told, computed in found}
-        worst = max(off, key=lambda name: abs(off[name]))
-        rows.append([title.rpartition(" [")[0], str(len(off)), f"{statistics.median(map(abs, off.values())):.0f} %", f"{off[worst]:+.0f} %", worst])
-    return table(["quantity", "welds", "median deviation", "largest deviation", "in weld"], rows)
+    """A row a weld, by metal: median deviation of the computed from the reported values over its settings, of how many settings
+    the computed weld is closed, or not, as reported, and in how many mass scaling is too large to tell."""
+    found, rows = reported_of_welds(), []
+    rule = [row for row in measures.lines(measures.ROOT / WELDS) if not {"variant", "set"} & row.keys()]
+    for weld in sorted({id(w): w for w, _ in settings_of_welds().values()}.values(), key=lambda w: (w["metal"], w["known"], w["weld"])):
+        off = [[one.deviation for one in compared if one.weld["weld"] == weld["weld"]] for _, compared in found.values()]
+        right = [agrees for own, agrees in cut_welds() if own["weld"] == weld["weld"]]
+        inertia = [row["inertia"] > 10.0 for row in rule if settings_of_welds()[row["weld"]][0] == weld]
+        if inertia:
+            rows.append([weld["metal"], weld["weld"], weld["known"], *(f"{statistics.median(one):+.0f} %, {len(one)}" if one else "" for one in off),
+                         f"{sum(right)} of {len(right)}" if right else "", f"{sum(inertia)} of {len(inertia)}"])
+    return table(["metal", "weld", "reported values", *(title.rpartition(" [")[0] for title, _ in found.values()), "closed or not, as reported",
+                  "inertial stress above 10 %"], rows)
 
 
 def trust(_):
-    """Deviation by kind of metal: median of the magnitudes, the largest in brackets, and over how many welds; welds without a
-    hole larger than a pore."""
-    def cell(found):
-        off = [100.0 * (computed / told - 1.0) for _, told, computed in found]
-        return f"{statistics.median(map(abs, off)):.0f} % ({max(off, key=abs):+.0f} %), {len(off)}" if off else "no reported value"
+    """Deviation by kind of metal and of reported value: median over the welds (of the medians over their settings), the largest of a
+    setting in brackets, and over how many; settings that are closed or not as reported."""
+    def cell(compared):
+        if not compared:
+            return ""
+        own = {one.weld["weld"]: [] for one in compared}
+        for one in compared:
+            own[one.weld["weld"]].append(one.deviation)
+        settings = f", {len(compared)} settings" if len(compared) > len(own) else ""
+        return (f"{statistics.median(abs(statistics.median(off)) for off in own.values()):.0f} % ({max((one.deviation for one in compared), key=abs):+.0f} %), "
+                f"{len(own)} weld{'s' * (len(own) > 1)}{settings}")
 
+    kinds = list(dict.fromkeys((weld["metal"], weld["known"]) for weld, _ in settings_of_welds().values()))
     rows = []
     for title, found in reported_of_welds().values():
         name = title.rpartition(" [")[0] + (" above 0 K" if title.startswith("temperature") else "")
-        steel = [weld for weld in found if weld[0].startswith("304l")]
-        rows.append([name, cell([weld for weld in found if weld not in steel]), cell(steel)])
-    cut = [weld for weld in shown_welds() if "void" in weld and not weld["weld"].startswith("304l")]
-    closed = sum(weld["void"] < 1.5 * weld["void_resolved"] for weld in cut)
-    rows.append(["closed, as reported", f"{closed} of {len(cut)}", "not yet cut"])
-    return table(["median deviation (largest), welds", "aluminium and copper", "stainless steel"], rows)
+        rows.append([name, *(cell([one for one in found if (one.weld["metal"], one.weld["known"]) == kind]) for kind in kinds)])
+    right = [[agrees for weld, agrees in cut_welds() if (weld["metal"], weld["known"]) == kind] for kind in kinds]
+    rows.append(["closed or not, as reported", *(f"{sum(one)} of {len(one)} settings" if one else "" for one in right)])
+    return table(["median deviation (largest), welds", *(", ".join(kind) for kind in kinds)], rows)
 
 
 def weld_changes(_):
@@ -373,7 +425,7 @@ def weld_changes(_):
 
 def weld_rule(_):
     """Welds with other films, another friction or another distance of travel, and the same welds by the rule."""
-    others = measures.lines(measures.ROOT / "benchmarks/welds/rule.jsonl")
+    others = measures.lines(measures.ROOT / RULE)
     own = [row for row in shown_welds() if row["weld"] in {other["weld"] for other in others}]
     rows = [[row["weld"], f"{row.get('film', 1800.0):.0f}", str(row.get("friction", 0.0 if row["weld"].startswith("aa") else 0.4) or "seizes"),
              f"{row.get('travel', 2.0):.0f}", *(form.format(row[key]) for key, _, form in SHOWN), *(f"{row[key]:.0f}" if key in row else "" for key in ("face", "probe"))]
