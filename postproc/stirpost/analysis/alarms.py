@@ -64,7 +64,7 @@ def weld(run: Run) -> Check | None:
     if found is None:
         return None
     level, words = found.verdict()
-    value = "closed" if level == GREEN else f"largest void {units.mm(found.all[0].area, 2, 2)}"
+    value = "closed" if level == GREEN else f"{'loose metal, lacks' if found.all[0].kind == 'loose' else 'largest void'} {units.mm(found.all[0].area, 2, 2)}"
     text = "" if level == GREEN else f"{words} Torque and force are those of a tool that leaves voids, not of a sound weld."
     return Check("weld", value, level, ("Voids", "Metal"), text)
 

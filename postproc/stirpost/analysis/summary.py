@@ -216,8 +216,10 @@ def measures(run: Run) -> dict[str, float]:
     if track is not None:
         found["void, largest section [mm2]"] = track.all[0].area * units.MM**2 if track.all else 0.0
         found["void, depth [mm]"] = track.all[0].depth * units.MM if track.all else float("nan")
+        found["of it loose metal [mm2]"] = track.all[0].loose * units.MM**2 if track.all else 0.0
         found["voids [mm3]"] = sum(void.volume for void in track.all) * units.MM**3
         found["smallest void resolved [mm2]"] = track.resolved * units.MM**2
+        found["narrowest seam resolved [mm]"] = track.smallest["smallest_seam[m]"] * units.MM
     return found
 
 

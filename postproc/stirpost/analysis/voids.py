@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""Holes in the track behind the pin, or behind the face of a tool without a pin: tunnels, grooves, lack of fill at the root, and what is too small to be told.
+"""Voids in the track behind the pin, or behind the face of a tool without a pin: tunnels, grooves, lack of fill at the root, loose metal,
+and what is too small to be told.
 
-A probe is a ball, or an ellipsoid of the same volume that is STRETCH times as slender along the track, which fits between the
-centres of particles, the bottom of the metal and the lid. The lid is the first top face, or the lowest place of the face of the
-tool where that is lower. Metal reaches half the edge of its domain beyond the centre of a particle: a void is the union of
-probes less that much all round. N particles at random places (a Poisson process) leave 6.77 N exp(-x) (1 + x + x2/2) places where
-a ball of x particles' volume touches four and holds none (Miles 1974). x is chosen so that FALSE of them are expected in the track: disorder
-makes no voids, and what is smaller than a probe is not seen. A gap narrower than a cell closes on the grid before it closes in space.
+The fill of the track, how much of its room the volumes of the particles take, is that of fill.py, between the bottom of the metal and
+the lid: the first top face, or the lowest place of the face of the tool where that is lower. A void is a connected place where
+metal is missing beyond what disorder explains; its size is the metal that is missing, whether one hole or loose metal.
+A gap narrower than a cell closes on the grid before it closes in space.
 """
 
 from __future__ import annotations
@@ -19,38 +18,29 @@ import numpy as np
 
 from ..io.frames import NoRun
 from . import units
+from .fill import STEPS, Missing, beside, deposit
 
 if TYPE_CHECKING:
     from ..run import Run
     from .flow import Flow
 
-FALSE = 0.01  # voids of disorder in a track of particles at random places
-VERTICES = 24 * np.pi**2 / 35  # of the Voronoi cells of points at random places, per point
-STRETCH = 8.0  # of the probe along the track: half as wide as the ball
-STEPS = 4  # of the raster over a particle's edge
-KINDS = ("closed", "root", "open")
+HALF = 0.5  # fill at the edge of a hole, as at a face
+KINDS = ("closed", "root", "open", "loose")
 
 
 @dataclass
 class Void:
-    """One connected hole. The largest section is across the track; `depth` is that of its centre below the first face, `offset` is
-    positive on the advancing side."""
+    """Connected missing metal. Its section across the track is a mean along the needle, or a quarter of a short void; of the largest one, `loose` is the part more than
+    half a particle outside of holes and `depth` that of the centre below the first face; `offset` is positive on the advancing side."""
 
-    kind: str  # closed, root: down to the bottom, open: up to the lid
+    kind: str  # closed, root: down to the bottom, open: up to the lid; loose: most of it outside of holes
     volume: float
     length: float
     area: float
+    loose: float
     at: float
     depth: float
     offset: float
-
-
-def probe_radius(particles: float) -> float:
-    """Radius of the ball, in edges of a particle."""
-    x = 50.0
-    for _ in range(60):  # a contraction by (1 + x)/(1 + x + x2/2), which is less than a half beyond x = 3
-        x = np.log(VERTICES / FALSE * max(particles, 1.0) * (1.0 + x + 0.5 * x * x))
-    return float(np.cbrt(x * 0.75 / np.pi))
 
 
 class Voids:
@@ -63,9 +53,10 @@ class Voids:
         keys = flow.scene.of("tool", way.tool.name)
         self.flow, self.pin = flow, float(keys.get("pin_radius") or 0.0)
         self.edge = h = flow.spacing
-        self.until = way.length - (self.pin + h if self.pin else way.radius)
-        if self.until < 2.0 * h:
-            raise NoRun("the tool has not yet left a track behind it")
+        self.cell = flow.run.cell if np.isfinite(flow.run.cell) else 2.0 * h
+        self.until = way.length - (self.pin or way.radius) - self.cell
+        if self.until < 4.0 * h:
+            raise NoRun("the tool has not yet left a track behind it, or one shorter than is resolved")
         self.lid = lid_of(flow, keys)
         self.step = h / STEPS
         s, n, z = (np.arange(a + 0.5 * self.step, b, self.step) for a, b in (
@@ -73,45 +64,37 @@ class Voids:
         middle = way.side(0.5 * (flow.low + flow.high)[None])[0]
         half = 0.5 * np.abs((flow.high - flow.low)[:2] @ np.array([-way.along[1], way.along[0]]))
         n = n[np.abs(n - middle) < half]
-        if not (len(n) and len(z)):
-            raise NoRun("no metal under the track")
+        if not len(n) or len(z) < 2 * STEPS:
+            raise NoRun("no metal under the track, or less than two particles")
         self.axes = s, n, z
         self.place = np.column_stack([way.progress(flow.x), way.side(flow.x), flow.x[:, 2]])
-        self.particles = self.until * 2.0 * way.radius * (self.lid - flow.low[2]) / h**3
-        self.reach = probe_radius(self.particles)
-        self.open = self.found(1.0) | self.found(STRETCH)
-        kept = s < self.until - self.reach * h  # beyond, no ball fits before the end
-        if not kept.any():
-            raise NoRun("the track behind the tool is shorter than what is resolved")
-        self.open, self.axes, self.until = self.open[kept], (s[kept], n, z), self.until - self.reach * h
+        missing = 1.0 - self.filled()
         if flow.cavity is not None:
-            self.open &= ~flow.cavity.holds(self.points()).reshape(self.open.shape)
+            missing[flow.cavity.holds(self.points()).reshape(missing.shape)] = 0.0
+        self.missing = Missing(missing)
+        self.fill = 1.0 - self.missing.mean
         self.all = self.listed()
 
-    def found(self, stretch: float) -> np.ndarray:
-        """Points of the raster in a probe that holds no centre of a particle, less half an edge of its domain."""
-        from scipy.ndimage import distance_transform_edt
-        from scipy.spatial import cKDTree
+    def filled(self) -> np.ndarray:
+        """Fill by the particles with their centres below the lid, and above the bottom less half an edge, as contact on the grid lets them
+        come to a face or the bottom: their cubes are moved within the two."""
+        edge = np.cbrt(self.flow.volume)
+        own = (self.place[:, 2] < self.lid) & (self.place[:, 2] > self.flow.low[2] - 0.5 * edge)
+        x, edge = self.place[own], edge[own]
+        x[:, 2] = np.maximum(np.minimum(x[:, 2], self.lid - 0.5 * edge), self.flow.low[2] + 0.5 * edge)
+        return deposit(x, edge, self.axes, self.step)
 
-        squeeze = np.array([1.0 / stretch, 1.0, 1.0])
-        slender = stretch ** (-1.0 / 3.0)
-        s, n, z = self.axes
-        mesh = np.stack(np.meshgrid(s, n, z, indexing="ij"), axis=-1)
-        points = (mesh * squeeze).reshape(-1, 3)
-        free = np.full(len(points), np.inf)
-        edges = np.cbrt(self.flow.volume)
-        for body in np.unique(self.flow.body):
-            own = self.flow.body == body
-            away, nearest = cKDTree(self.place[own] * squeeze).query(points)
-            free = np.minimum(free, away / edges[own][nearest])
-        bounds = np.minimum(mesh[..., 2] - self.flow.low[2], self.lid - mesh[..., 2])
-        bounds = np.minimum(bounds, (self.until - mesh[..., 0]) / stretch).ravel()
-        free = np.minimum(free, bounds / self.edge + 0.5 * slender).reshape(mesh.shape[:3])
-        centres = free > self.reach * slender
-        if not centres.any():
-            return centres
-        away = distance_transform_edt(~centres, sampling=self.step * squeeze)
-        return away < (self.reach - 0.5) * slender * self.edge
+    def above(self, high: float) -> tuple[np.ndarray, np.ndarray]:
+        """Heights above the lid, and the fill there, by the same kernel."""
+        from scipy.ndimage import gaussian_filter
+
+        z = np.arange(self.lid + 0.5 * self.step, max(high, self.lid + self.step), self.step)
+        edge, needle = np.cbrt(self.flow.volume), self.missing.holes[0]
+        own = self.place[:, 2] >= self.lid
+        x, edge = self.place[own], edge[own]
+        x[:, 2] = np.maximum(x[:, 2], self.lid + 0.5 * edge)
+        fill = deposit(x, edge, (*self.axes[:2], z), self.step)
+        return z, gaussian_filter(fill, [STEPS * needle.along, STEPS * needle.thin, STEPS * needle.wide], mode=("nearest", "nearest", "reflect"))
 
     def points(self) -> np.ndarray:
         """Places of the raster (n, 3) [m]."""
@@ -123,20 +106,30 @@ class Voids:
 
     def listed(self) -> list[Void]:
         """The voids, the largest section first."""
-        from scipy.ndimage import find_objects, label
+        from scipy.ndimage import distance_transform_edt, find_objects, gaussian_filter1d, label
 
-        self.labels, _ = label(self.open, np.ones((3, 3, 3)))
+        self.labels, _ = label(self.missing.found, np.ones((3, 3, 3)))
+        self.holes = beside(self.missing.found & (self.fill < HALF), self.missing.core)
+        rim = distance_transform_edt(~self.holes) <= 0.5 * STEPS if self.holes.any() else self.holes
         s, n, z = self.axes
-        found = []
+        self.sections, found = np.zeros(len(s)), []  # what is missing in voids in each section [m2]
         for number, box in enumerate(find_objects(self.labels), 1):
             own = self.labels[box] == number
-            areas = own.sum(axis=(1, 2)) * self.step**2
+            hole = own & self.holes[box]
+            volume = float(self.missing.missing[box][own].sum()) * self.step**3
+            if volume <= 0.0:
+                continue
+            mean = min(STEPS * self.missing.holes[0].along, 0.25 * len(own))
+            mean = gaussian_filter1d(self.missing.missing[:, box[1], box[2]], mean, axis=0, mode="reflect")[box[0]]
+            areas, loose = (np.where(part, mean, 0.0).sum(axis=(1, 2)) * self.step**2 for part in (own, own & ~rim[box]))
+            self.sections[box[0]] += areas
             k = int(areas.argmax())
-            j, i = np.nonzero(own[k])
+            weight = np.where(own[k], np.maximum(self.missing.mean[box][k], 0.0), 0.0)
+            weight /= max(weight.sum(), 1e-30)
             z0, z1 = box[2].start, box[2].stop
-            kind = "open" if z1 == len(z) else "root" if z0 == 0 else "closed"
-            found.append(Void(kind, float(own.sum()) * self.step**3, len(own) * self.step, float(areas[k]), self.coordinate(s[box[0]][k]),
-                              self.flow.face - float(z[box[2]][i].mean()), float(n[box[1]][j].mean())))
+            kind = "loose" if loose[k] > 0.5 * areas[k] else "open" if z1 == len(z) and hole[:, :, -1].any() else "root" if z0 == 0 and hole[:, :, 0].any() else "closed"
+            found.append(Void(kind, volume, len(own) * self.step, float(areas[k]), float(max(loose[k], 0.0)), self.coordinate(s[box[0]][k]),
+                              self.flow.face - float(weight.sum(axis=0) @ z[box[2]]), float(weight.sum(axis=1) @ n[box[1]])))
         return sorted(found, key=lambda void: -void.area)
 
     def coordinate(self, s: float) -> float:
@@ -145,33 +138,42 @@ class Voids:
 
     @property
     def smallest(self) -> dict[str, float]:
-        """What particles and cells resolve: sections of a tunnel (the slender probe; a disc a cell wide) [m2], a ball [m3]."""
-        slender = np.pi * ((self.reach - 0.5) * STRETCH ** (-1.0 / 3.0) * self.edge) ** 2
+        """What particles and cells resolve: sections of a tunnel (a cylinder; a disc a cell wide) [m2], a pore [m3], the width of a seam
+        through the track [m]."""
+        tunnel, pore, seam = self.missing.smallest
         cell = self.flow.run.cell
-        return {"smallest_tunnel_of_particles[m2]": slender,
+        return {"smallest_tunnel_of_particles[m2]": tunnel * self.edge**2,
                 "smallest_tunnel_of_cells[m2]": 0.25 * np.pi * cell**2 if np.isfinite(cell) else None,
-                "smallest_pore[m3]": 4.0 / 3.0 * np.pi * ((self.reach - 0.5) * self.edge) ** 3}
+                "smallest_pore[m3]": pore * self.edge**3, "smallest_seam[m]": seam * self.edge}
 
     @property
     def resolved(self) -> float:
         """The smallest section of a tunnel that particles and cells resolve [m2]."""
         return max(x for key, x in self.smallest.items() if key.endswith("[m2]") and x is not None)
 
+    @property
+    def loose(self) -> float:
+        """The largest section of loose metal: what is missing in it [m2]."""
+        return max((void.loose for void in self.all), default=0.0)
+
     def measures(self) -> dict:
         """Areas [m2], volumes [m3], lengths [m]."""
         s = self.axes[0]
+        inner, volume = ~self.missing.found, sum(v.volume for v in self.all)
+        inner[:, :, -STEPS:] = False
         result = {"from[m]": self.coordinate(0.0), "until[m]": self.coordinate(self.until), "lid_below_face[m]": self.flow.face - self.lid,
-                  **self.smallest, "volume[m3]": sum(v.volume for v in self.all),
-                  "area_max[m2]": self.all[0].area if self.all else 0.0, "count": len(self.all)}
+                  **self.smallest, "volume[m3]": volume, "area_max[m2]": self.all[0].area if self.all else 0.0, "loose_max[m2]": self.loose,
+                  "count": len(self.all), "missing_elsewhere[m3]": float(self.missing.missing[inner].sum()) * self.step**3,
+                  "disorder[m3]": float(np.sqrt(inner.sum() * self.step**3 * self.edge**3))}
         for kind in KINDS:
             result[f"{kind}[m3]"] = sum(v.volume for v in self.all if v.kind == kind)
         level, words = self.verdict()
         result |= {"level": level, "verdict": words}
         if self.all:
             worst = self.all[0]
-            result["largest"] = {"kind": worst.kind, "side": self.side(worst), "area[m2]": worst.area, "at[m]": worst.at,
+            result["largest"] = {"kind": worst.kind, "side": self.side(worst), "area[m2]": worst.area, "loose[m2]": worst.loose, "at[m]": worst.at,
                                  "depth[m]": worst.depth, "offset[m]": worst.offset, "length[m]": worst.length, "volume[m3]": worst.volume}
-        areas = self.open.sum(axis=(1, 2)) * self.step**2
+        areas = self.sections
         result["sections"] = [{"at[m]": self.coordinate(s[k]), "area[m2]": float(areas[k])}
                               for k in np.unique(np.round(np.linspace(0, len(s) - 1, 21)).astype(int))]
         return result
@@ -182,22 +184,26 @@ class Voids:
         sides = ("advancing", "retreating") if self.flow.tool_path.advancing is not None else ("left", "right")
         return f"on the {sides[void.offset < 0]} side"
 
-    def is_pore(self, void: Void) -> bool:
-        """A closed void shorter than the pin is wide (two cells without a pin)."""
-        return void.kind == "closed" and void.length < 2.0 * (self.pin or self.flow.run.cell)
+    def is_minor(self, void: Void) -> bool:
+        """A pore: closed or loose, and shorter than the pin is wide (two cells without a pin); or loose metal that lacks less than the
+        smallest section that is resolved, as a seam that the grid has closed."""
+        short = void.length < 2.0 * (self.pin or self.cell)
+        return void.kind in ("closed", "loose") and short or void.kind == "loose" and void.area < self.resolved
 
     def verdict(self) -> tuple[str, str]:
         """Traffic light and sentence."""
         if not self.all:
-            return "green", f"The weld is closed: no void above {units.mm(self.resolved, 2, 2)}, the smallest that particles and cells resolve."
-        worst = self.all[0]
-        pore = self.is_pore(worst)
-        name = {"open": "an open groove", "root": "lack of fill at the root", "closed": "a pore" if pore else "a tunnel"}[worst.kind]
-        text = f"The weld is open: {name} of {units.mm(worst.area, 2, 2)} {self.side(worst)}, {worst.depth * units.MM:.2g} mm below the surface, " \
-               f"{worst.length * units.MM:.3g} mm long; voids of {units.mm(sum(v.volume for v in self.all), 3, 3)} in all."
-        amber = all(self.is_pore(void) for void in self.all)
-        return ("amber" if amber else "red"), text
-
+            return "green", f"The weld is closed: no void above {units.mm(self.resolved, 2, 2)} and no seam through it wider than " \
+                f"{units.mm(self.smallest['smallest_seam[m]'], 1, 2)}, the smallest that are resolved."
+        amber = all(self.is_minor(void) for void in self.all)
+        worst = next(void for void in self.all if amber or not self.is_minor(void))
+        place = f"{self.side(worst)}, {worst.depth * units.MM:.2g} mm below the surface, {worst.length * units.MM:.3g} mm long"
+        whole = f"{units.mm(sum(v.volume for v in self.all), 3, 3)} are missing in all."
+        if worst.kind == "loose":
+            return ("amber" if amber else "red"), f"The weld is loose: {units.mm(worst.area, 2, 2)} of metal are missing {place}, without a hole that is resolved; {whole}"
+        name = {"open": "an open groove", "root": "lack of fill at the root", "closed": "a pore" if self.is_minor(worst) else "a tunnel"}[worst.kind]
+        loose = f" ({units.mm(worst.loose, 2, 2)} of it from loose metal)" if worst.loose > 0.1 * worst.area else ""
+        return ("amber" if amber else "red"), f"The weld is open: {name} of {units.mm(worst.area, 2, 2)}{loose} {place}; {whole}"
 
 def lid_of(flow: Flow, keys: dict) -> float:
     """The first face, or the lowest place that the face of the tool came to."""
@@ -210,14 +216,17 @@ def lid_of(flow: Flow, keys: dict) -> float:
 def rows(result: dict) -> list[tuple[str, str]]:
     """Meaning and value of the measures."""
     found = [("voids behind the tool: largest section; volume", f"{units.mm(result['area_max[m2]'], 2, 3)}; {units.mm(result['volume[m3]'], 3, 3)}"),
-             ("of this open to the top; closed; at the root", "; ".join(units.mm(result[f"{k}[m3]"], 3, 3) for k in ("open", "closed", "root")))]
+             ("of this open to the top; closed; at the root; loose without a hole", "; ".join(units.mm(result[f"{k}[m3]"], 3, 3) for k in ("open", "closed", "root", "loose"))),
+             ("loose metal, fill above a half: missing in the largest section", units.mm(result["loose_max[m2]"], 2, 3)),
+             ("missing in the track besides voids, deeper than a particle; disorder explains",
+              f"{units.mm(result['missing_elsewhere[m3]'], 3, 3)}; {units.mm(result['disorder[m3]'], 3, 2)}")]
     if "largest" in result:
         worst = result["largest"]
         found.append(("largest section: place along the travel; depth below the first top face; off the middle (advancing side is positive)",
                       "; ".join(units.mm(worst[f"{k}[m]"], 1, 3) for k in ("at", "depth", "offset"))))
-    found.append(("smallest tunnel that particles resolve; that cells resolve; smallest pore",
+    found.append(("smallest tunnel that particles resolve; that cells resolve; smallest pore; smallest width of a seam through the sheet",
                   "; ".join([units.mm(result["smallest_tunnel_of_particles[m2]"], 2, 2), units.mm(result["smallest_tunnel_of_cells[m2]"], 2, 2),
-                             units.mm(result["smallest_pore[m3]"], 3, 2)])))
+                             units.mm(result["smallest_pore[m3]"], 3, 2), units.mm(result["smallest_seam[m]"], 1, 2)])))
     return found
 
 

@@ -13,8 +13,9 @@ below the bottom, or is debris; `closure` is their sum less thermal and elastic 
 leaves is what is missing below the face beside the groove (`sunk_beside`): where sides bulge, the face sinks a little,
 and the places of particles enclose a few thousandths less or more than their volumes.
 
-Voids of the track behind the tool are those of stirpost/voids.py: tunnels (closed), grooves (open to the top), lack of fill at
-the root, each with its section, depth and side, and the smallest that particles and cells resolve.
+Voids of the track behind the tool are those of stirpost/analysis/voids.py: tunnels (closed), grooves (open to the top), lack of fill at
+the root, loose metal, each with the metal that is missing in its largest section, depth and side, and the smallest that particles and cells
+resolve. flow_voids.png shows the fill that they are measured from.
 
 Written to DIR (default RUN_DIRECTORY/report): flow.json, flow_voids.png if there is a track, and flow_cavity.png if there is a cavity.
 """

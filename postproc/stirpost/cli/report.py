@@ -121,8 +121,9 @@ def draw_all(run: Run, output: Path, measured: cooling.Record | None, stirred: F
 
     track = run.attempt("voids", voids.of_run, run)
     if track is not None:
-        add("flow_voids", "Voids", "Sections at equal distances along the track, by plastic strain (left, logarithmic, ends at 50) and by the side "
-            "the metal came from (right); red: voids; dashed: the lowest place of the face of the tool, below which voids are looked for.", flow_pictures.sheet, track)
+        add("flow_voids", "Voids", "Sections at equal distances along the track: the fill from which voids are measured (left; metal over room) and the side the metal "
+            "came from, faded as the fill (right). Red: within it metal is missing beyond what disorder explains and is counted; thick: holes, less than half "
+            "full. Dashed: the lowest place of the face of the tool, below which voids are looked for.", flow_pictures.sheet, track)
     if run.frames:
         run.attempt("pictures of the frames", draw_frames, run, add)
     if run.probes is not None:

@@ -17,16 +17,7 @@ if TYPE_CHECKING:
     from ..analysis.voids import Voids
 
 MOST = 5  # sections
-PIXELS = 300  # of the longer of the sides of the track, and of its breadth
 ORIGIN = ("Spectral", 0.0, 1.0)  # colours of the side that metal came from
-
-
-def metal_in(flow: Flow, place: np.ndarray):
-    """The surface of the metal at the end whose points have been moved as the particles to `place`: a turn, and perhaps a mirror."""
-    mesh = surface.metal(flow.run, flow.frame, maps.fields_of(flow.frame))
-    from_, to = (x - x.mean(axis=0) for x in (flow.x, place))
-    turn = np.linalg.lstsq(from_, to, rcond=None)[0]
-    return mesh.at((mesh.points - flow.x.mean(axis=0)) @ turn + place.mean(axis=0))
 
 
 def strain_of(flow: Flow) -> np.ndarray:
@@ -35,38 +26,44 @@ def strain_of(flow: Flow) -> np.ndarray:
 
 
 def sheet(voids: Voids):
-    """Sections at equal distances: plastic strain, and how far from the way the metal was at first."""
+    """Sections at equal distances: the fill from which voids are measured, and how far from the way the metal was at first, faded as the fill."""
     flow, (s, n, z) = voids.flow, voids.axes
     chosen = np.unique(np.round(np.linspace(0, len(s) - 1, min(MOST, len(s) // 4 + 1) + 1)).astype(int))
-    came = flow.tool_path.side(flow.x0) * look.MM
-    wide = 1.15 * flow.tool_path.radius
-    low = np.array([s[0], -wide, flow.low[2] - 0.2e-3])
-    high = np.array([s[-1], wide, flow.face + 0.4 * (flow.face - flow.low[2])])
-    mesh = metal_in(flow, voids.place)
-    strain = strain_of(flow)
-    kinds = ((strain, look.STRAIN, maps.strain_norm_of(strain)),
-             (came, look.part_of(*ORIGIN), Normalize(-0.6 * wide * look.MM, 0.6 * wide * look.MM)))
-    size = (high - low)[1:] * look.MM
-    scale = min(4.9 / size[0], 2.2 / size[1])
-    figure, axes, _ = look.panels(2 * len(chosen), tuple(size), scale, per_row=2, below=1.15, bar=False)
+    higher, flash = voids.above(flow.face + 0.4 * (flow.face - flow.low[2]))
+    up = np.concatenate([z, higher])
+    came, half = flow.tool_path.side(flow.x0) * look.MM, 0.5 * voids.step
+    colours, norm = look.part_of(*ORIGIN), Normalize(-0.6 * n[-1] * look.MM, 0.6 * n[-1] * look.MM)
+    extent = [look.MM * x for x in (n[0] - half, n[-1] + half, up[0] - half, up[-1] + half)]
+    scale = min(4.9 / (extent[1] - extent[0]), 2.2 / (extent[3] - extent[2]))
+    figure, axes, _ = look.panels(2 * len(chosen), (extent[1] - extent[0], extent[3] - extent[2]), scale, per_row=2, below=1.15, bar=False)
+    kinds = ((look.FILL, Normalize(0.0, 1.0)), (colours, norm))
+    places = np.stack(np.meshgrid(n, up, indexing="ij"), axis=-1).reshape(-1, 2)
     for k, pair in zip(chosen, zip(axes[::2], axes[1::2])):
-        view = maps.section(maps.View(flow.frame, low, high, "", mesh, axis=0), voids.place, s[k], flow.spacing, PIXELS)
-        for panel, (values, colours, norm) in zip(pair, kinds):
-            maps.draw_section(panel, view, view.spread(values), colours, norm)
-            if voids.open[k].any():
-                panel.contour(n * look.MM, z * look.MM, voids.open[k].T.astype(float), [0.5], colors="#e3122d", linewidths=1.6)
+        fill = np.concatenate([voids.fill[k], flash[k]], axis=1)
+        nearby = np.flatnonzero(np.abs(voids.place[:, 0] - s[k]) <= maps.REACH * flow.spacing)
+        nearby = nearby if len(nearby) >= maps.NEIGHBOURS else np.arange(len(voids.place))
+        near, weight = maps.weights(np.column_stack([np.full(len(places), s[k]), places]), voids.place[nearby], flow.spacing)
+        picture = colours(norm((came[nearby][near] * weight).sum(axis=1).reshape(fill.shape)))
+        picture[..., 3] = fill.clip(0.0, 1.0)
+        for panel, values, (shades, limits) in zip(pair, (fill, picture), kinds):
+            panel.imshow(np.swapaxes(values, 0, 1), origin="lower", extent=extent, cmap=shades, norm=limits, interpolation="bilinear", aspect="auto")
+            for there, width in ((voids.missing.found[k], 0.8), (voids.holes[k], 1.8)):
+                if there.any() and not there.all():
+                    panel.contour(n * look.MM, z * look.MM, there.T.astype(float), [0.5], colors="#e3122d", linewidths=width)
             panel.axhline(voids.lid * look.MM, color=look.INK, linewidth=0.6, linestyle="--")
-        area = float(voids.open[k].sum() * voids.step**2)
-        pair[0].set_title(f"{voids.coordinate(s[k]) * look.MM:.3g} mm along the travel; voids: {look.mm(area, 2, 2)}", loc="left", pad=3)
+            panel.set_xlim(extent[:2])
+            panel.set_ylim(extent[2:])
+            panel.set_facecolor("white")
+        pair[0].set_title(f"{voids.coordinate(s[k]) * look.MM:.3g} mm along the travel; missing in voids: {look.mm(voids.sections[k], 2, 2)}", loc="left", pad=3)
         pair[0].set_ylabel("z [mm]")
     sides = "advancing side positive" if flow.tool_path.advancing is not None else "left positive"
-    labels = "equivalent plastic strain [1]", f"metal was at first at [mm], {sides}"
+    labels = "fill: metal over room [1]", f"metal was at first at [mm], {sides}"
     inches = figure.get_size_inches()
-    for panel, (_, colours, norm), label in zip(axes[-2:], kinds, labels):
+    for panel, (shades, limits), label, beyond in zip(axes[-2:], kinds, labels, ("max", "both")):
         panel.set_xlabel(f"from the path [mm], {sides}")
         box = panel.get_position()
         strip = figure.add_axes((box.x0 + 0.1 * box.width, 0.48 / inches[1], 0.8 * box.width, 0.13 / inches[1]))
-        look.colour_bar(figure, norm, colours, strip, label, "both", orientation="horizontal")
+        look.colour_bar(figure, limits, shades, strip, label, beyond, orientation="horizontal")
     return figure
 
 
@@ -77,7 +74,7 @@ def cavity_picture(flow: Flow):
     low, high = flow.cavity.low, flow.cavity.high
     strain = strain_of(flow)
     norm = maps.strain_norm_of(strain)
-    mesh = metal_in(flow, flow.x)
+    mesh = surface.metal(flow.run, flow.frame, maps.fields_of(flow.frame))
     bottom, top = flow.low - 0.5e-3, flow.high + 0.5e-3
     top[2] = max(flow.face + 2e-3, float(np.percentile(flow.x[:, 2], 99.9)) + 1e-3)
     size = (top - bottom)[[across, 2]] * look.MM

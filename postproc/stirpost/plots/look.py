@@ -66,7 +66,7 @@ def part_of(name: str, low: float, high: float) -> Colormap:
     return ListedColormap(whole(np.linspace(low, high, 256)), name=f"{name}_part")
 
 
-MAPS = {"TEMPERATURE": ("inferno", 0.20, 0.975), "STRAIN": ("viridis", 0.0, 1.0)}
+MAPS = {"TEMPERATURE": ("inferno", 0.20, 0.975), "STRAIN": ("viridis", 0.0, 1.0), "FILL": ("Greys", 0.0, 0.7)}
 
 
 def __getattr__(name: str):

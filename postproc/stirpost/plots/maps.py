@@ -130,12 +130,18 @@ def section(view: View, points: np.ndarray, at: float, spacing: float, pixels: i
     there[:, j] = view.low[j] + (row + 0.5) * size[j] / rows
     nearby = np.flatnonzero(np.abs(points[:, view.axis] - at) <= REACH * spacing)
     nearby = nearby if len(nearby) >= NEIGHBOURS else np.arange(len(points))
-    count = min(NEIGHBOURS, len(nearby))
-    away, near = cKDTree(points[nearby]).query(there, k=count)
-    away, view.near = away.reshape(-1, count), nearby[near.reshape(-1, count)]
-    weight = np.exp(-((away**2 - away[:, :1] ** 2) / (0.75 * spacing) ** 2))
-    view.weight = weight / weight.sum(axis=1, keepdims=True)
+    near, view.weight = weights(there, points[nearby], spacing)
+    view.near = nearby[near]
     return view
+
+
+def weights(there: np.ndarray, points: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray]:
+    """The nearest points around places, and their weights: a Gaussian of three quarters of a particle."""
+    count = min(NEIGHBOURS, len(points))
+    away, near = cKDTree(points).query(there, k=count)
+    away, near = away.reshape(-1, count), near.reshape(-1, count)
+    weight = np.exp(-((away**2 - away[:, :1] ** 2) / (0.75 * spacing) ** 2))
+    return near, weight / weight.sum(axis=1, keepdims=True)
 
 
 def count_crossings(odd: np.ndarray, line: np.ndarray) -> None:
