@@ -419,7 +419,7 @@ def weld_changes(_):
         rows.append([name, f"`{value}`" + (f" ({cells})" if cells else "") if value else cells,
                      *(f"{100.0 * (weld[key] / own[key] - 1.0):+.1f} %" for key, _, _ in SHOWN),
                      *(f"{round(weld[key] - own[key]):+d} K" for key in ("face", "hottest")),
-                     f"{own['void']:.1f} -> {weld['void']:.1f}" if "void" in weld else ""])
+                     (f"{own['void']:.1f} " if "void" in own else "") + f"-> {weld['void']:.1f}" if "void" in weld else ""])
     return table(["weld", "changed", "torque", "axial force", "power", "face", "hottest", "largest void [mm2]"], rows)
 
 
