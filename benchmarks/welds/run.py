@@ -7,8 +7,8 @@
     build/venv/bin/python benchmarks/welds/run.py --rabe [--record]
     build/venv/bin/python benchmarks/welds/run.py --page
 
-The rule (docs/welds.md): library metal of welds; aluminium seizes on the tool of hot work steel, other metals have Coulomb friction of 0.4
-on it up to their shear strength, all metals on the anvil; a steel backing plate behind the film of rough faces under pressure (1000 W/(m2 K) and 1800 more at 1 MPa), an endless
+The rule (docs/welds.md): library metal of welds; friction and film of the library's pairs of surfaces (hot work steel on aluminium and copper,
+PCBN on steel, sheet on steel anvil); a steel backing plate behind the film, an endless
 cold sheet beyond the sides, a left-hand thread on the pin in sheets above 4 mm, the centre of the face 0.2 mm below the surface, or less: half the metal below the tip is kept. Cells: 2/5 of the
 thickness up to 4 mm, else a quarter, and longer beside the shoulder. Results are means of the last second of a travel of two radii of the shoulder. A variant has other
 cells or another mass scaling, for the numerical error; --set changes one key of the rule. --film (at 1 MPa), --friction (0: the metal
@@ -41,9 +41,9 @@ LIBRARY = ROOT / "share/stirpoint/materials.nml"
 PICTURE = ROOT / "docs/pictures/welds.png"
 RESULTS = pathlib.Path(__file__).with_name("results.jsonl")
 RULE_RESULTS = pathlib.Path(__file__).with_name("rule.jsonl")
-FRICTION = 0.4     # Coulomb coefficient on the anvil, and on the tool of metals other than aluminium
+PAIRS = {"AA": "tool steel on aluminium", "304L": "PCBN on steel", "copper": "tool steel on copper"}    # of metals that begin so
+ANVIL = "sheet on steel anvil"
 TRAVEL = 2.0       # distance of travel [radii of the shoulder]
-FILM = 1800.0      # film coefficient of rough faces at 1 MPa [W/(m2 K)], docs/heat.md
 # Cells over thin and thick sheets, of whole layers of particles, and mass scaling.
 RULE = (2.5, 4, 3e6)
 VARIANTS = {"coarse": (2, 3, 3e6), "fine": (3, 5, 3e6), "light": (2.5, 4, 1e6)}
@@ -95,9 +95,11 @@ RABE = {    # nominal depths, of which a sound weld is meant, and .15 mm less
 WELDS |= RABE
 
 
-def friction_of(name):
-    """Coulomb coefficient on the tool; 0: the metal seizes."""
-    return 0.0 if WELDS[name]["metal"].startswith("AA") else FRICTION
+def friction_of(name, own):
+    """Friction on the tool: that of the pair, or Coulomb's with a coefficient of one's own; 0: the metal seizes."""
+    if own is None:
+        return f"FROM = '{next(pair for metal, pair in PAIRS.items() if WELDS[name]['metal'].startswith(metal))}'"
+    return f"FRICTION = {own}" if own else "FRICTION_LAW = 'shear-factor', SHEAR_FACTOR = 1"
 
 
 def of_library(metal, key):
@@ -106,7 +108,7 @@ def of_library(metal, key):
     return float(re.search(rf"\b{key} = ([\d.e+-]+)", entry).group(1))
 
 
-def text_of(name, variant=None, film=FILM, friction=None, radii=TRAVEL):
+def text_of(name, variant=None, film=None, friction=None, radii=TRAVEL):
     """The input of a weld."""
     w = WELDS[name]
     thin, thick, scaling = VARIANTS.get(variant, RULE)
@@ -138,7 +140,7 @@ def text_of(name, variant=None, film=FILM, friction=None, radii=TRAVEL):
 &BODY NAME = '{body}', MATERIAL = '{metal}', TEMPERATURE = {ambient} /
 &SHAPE BODY = '{body}', LOWER = 0, {lower * MM:.6g}, 0, UPPER = {size_x * MM:.6g}, {upper * MM:.6g}, {w["thickness"] * MM:.6g} /
 """
-        surfaces += f"""&SURFACE BODY = '{body}', FACE = 'zmin', COEFFICIENT = 1000, PRESSURE_FACTOR = {film:g}, BACKING = 'plate'
+        surfaces += f"""&SURFACE BODY = '{body}', FACE = 'zmin', FROM = '{ANVIL}'{f', PRESSURE_FACTOR = {film:g}' if film else ''}, BACKING = 'plate'
   BACKING_CONDUCTIVITY = 45, BACKING_DENSITY = 7850, BACKING_SPECIFIC_HEAT = 480, BACKING_THICKNESS = {w["backing"]:g}e-3, BACKING_COOLING = 500 /
 &SURFACE BODY = '{body}', FACE = 'zmax', COEFFICIENT = 15 /
 """
@@ -151,8 +153,6 @@ def text_of(name, variant=None, film=FILM, friction=None, radii=TRAVEL):
     if w["thickness"] > 4.0:    # the finest thread that these cells resolve
         details += f", THREAD_DEPTH = {0.5 * h * MM:.6g}, THREAD_PITCH = {2 * h * MM:.6g}"
     details += f", PIN_TIP_RADIUS = {w['tip'] / 2 * MM:.6g}" if w["tip"] else ""
-    friction = friction_of(name) if friction is None else friction
-    law = f"FRICTION = {friction}" if friction else "FRICTION_LAW = 'shear-factor', SHEAR_FACTOR = 1"
     force = f", FORCE = {w['force'] * 1e3:.6g}" if w["force"] else ""
     return f"""&RUN TITLE = '{name}: {", ".join(metals)}, {w["thickness"]} mm, {w["rpm"]} rpm, {w["speed"]:.4g} mm/s' /
 &GRID CELL = {h * MM:.9g}, LOWER = {-4 * h * MM:.9g}, 0, 0, UPPER = {(size_x + 4 * h) * MM:.9g}, {size_y * MM:.9g}, {h * np.ceil((w["thickness"] + 2) / h + 6) * MM:.9g}
@@ -160,13 +160,13 @@ def text_of(name, variant=None, film=FILM, friction=None, radii=TRAVEL):
 &TIME END = {plunge / 2 + dwell + travel:.4g}, MASS_SCALING = {scaling:g} /
 {bodies}&TOOL NAME = 'tool', RADIUS = {radius * MM:.6g}, PIN_RADIUS = {w["pin"] / 2 * MM:.6g}, PIN_LENGTH = {w["length"] * MM:.6g}{details}
   HEIGHT = 8e-3, POSITION = {start * MM:.6g}, {size_y / 2 * MM:.6g}, {(w["thickness"] + w["length"] + above) * MM:.6g}, TILT_DEG = {w["tilt"]}
-  {law}
+  {friction_of(name, friction)}
   HEATS = 'rod', CONDUCTIVITY = 25, DENSITY = 7800, SPECIFIC_HEAT = 460, CONTACT_CONDUCTANCE = 2e4 /
 &MOTION TOOL = 'tool', DURATION = {plunge / 2:.4g}, VELOCITY = 0, 0, -2e-3, SPIN_RPM = {w["rpm"]} /
 &MOTION TOOL = 'tool', DURATION = {dwell}, SPIN_RPM = {w["rpm"]} /
 &MOTION TOOL = 'tool', VELOCITY = {w["speed"] * MM:.6g}, 0, 0, SPIN_RPM = {w["rpm"]}, RAMP = 0.2{force} /
 &METHOD DEBRIS = 0.05 /
-&WALL SIDE = 'zmin', FRICTION = 0.4 /
+&WALL SIDE = 'zmin', FROM = '{ANVIL}' /
 {"".join(f"&WALL SIDE = '{side}', POSITION = {place * MM:.6g} /{chr(10)}" for side, place in
          (("xmin", 0), ("xmax", size_x), ("ymin", 0), ("ymax", size_y)))}&HEAT AMBIENT = {ambient} /
 {surfaces}{probes}&OUTPUT FRAME_INTERVAL = 100, HISTORY_INTERVAL = {0.05 * window_of(name, radii):.3g}, CHECKPOINT_INTERVAL = 1000 /
@@ -241,8 +241,8 @@ def main():
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(WELDS))
     parser.add_argument("--variant", choices=VARIANTS, help="other cells or another mass scaling")
     parser.add_argument("--set", metavar="GROUP.KEY=VALUE")
-    parser.add_argument("--film", type=float, default=FILM, help="under the tool, at 1 MPa [W/(m2 K)]")
-    parser.add_argument("--friction", type=float, help="Coulomb's coefficient; 0: the metal seizes; default: that of the rule")
+    parser.add_argument("--film", type=float, help="under the tool, at 1 MPa [W/(m2 K)]; default: that of the pair")
+    parser.add_argument("--friction", type=float, help="Coulomb's coefficient; 0: the metal seizes; default: that of the pair")
     parser.add_argument("--travel", type=float, default=TRAVEL, help="distance of travel [radii of the shoulder]")
     parser.add_argument("--folder", type=pathlib.Path, default=pathlib.Path("welds"))
     parser.add_argument("--record", action="store_true", help="put into results.jsonl, of which docs/welds.md has the tables")
@@ -256,7 +256,7 @@ def main():
     arguments.folder.mkdir(parents=True, exist_ok=True)
     for name in RABE if arguments.rabe else arguments.names or WELDS:
         kind = {key: getattr(arguments, key) for key, own in
-                (("variant", None), ("set", None), ("friction", None), ("film", FILM), ("travel", TRAVEL)) if getattr(arguments, key) != own}
+                (("variant", None), ("set", None), ("friction", None), ("film", None), ("travel", TRAVEL)) if getattr(arguments, key) != own}
         stem = "-".join((name, *(re.sub(r"\W", "_", str(part)) for part in kind.values())))
         (arguments.folder / f"{stem}.nml").write_text(text_of(name, arguments.variant, arguments.film, arguments.friction, arguments.travel))
         before = os.times()

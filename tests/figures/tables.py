@@ -424,10 +424,10 @@ def weld_changes(_):
 
 
 def weld_rule(_):
-    """Welds with other films, another friction or another distance of travel, and the same welds by the rule."""
+    """Welds with other films, another friction or another distance of travel, and the same welds with those of their pairs of surfaces."""
     others = measures.lines(measures.ROOT / RULE)
     own = [row for row in shown_welds() if row["weld"] in {other["weld"] for other in others}]
-    rows = [[row["weld"], f"{row.get('film', 1800.0):.0f}", str(row.get("friction", 0.0 if row["weld"].startswith("aa") else 0.4) or "seizes"),
+    rows = [[row["weld"], f"{row['film']:.0f}" if "film" in row else "pair", str(row["friction"] or "seizes") if "friction" in row else "pair",
              f"{row.get('travel', 2.0):.0f}", *(form.format(row[key]) for key, _, form in SHOWN), *(f"{row[key]:.0f}" if key in row else "" for key in ("face", "probe"))]
             for row in sorted((*others, *own), key=lambda row: row["weld"])]
     return table(["weld", "film at 1 MPa [W/(m2 K)]", "friction", "travel [radii]", *(title for _, title, _ in SHOWN), "face [K]",
