@@ -13,8 +13,8 @@ module base_files
   !> Text file to append to. `code` is errno of the first failed call, or 0.
   type :: text_file_t
     integer :: code = 0
-    logical :: was_restored = .false.        !! the file was created anew after it had been moved,
-                                             !! deleted or replaced
+    !> The file was created anew after it was moved, deleted or replaced.
+    logical :: was_restored = .false.
     integer(c_int), private :: fd = -1
     character(:), allocatable, private :: path
   contains

@@ -162,8 +162,8 @@ contains
   !> w**2/2 for a linear function, w**1.5/(3 sqrt(f)) for the outer part f d**2 of a B-spline.
   pure function tails(scene, parts, w) result(tail)
     type(scene_t), intent(in) :: scene
-    real(rp), intent(in) :: parts(3), w(3)   !! factor f of the parts of a B-spline (1/2 in equal
-                                             !! cells), weights
+    real(rp), intent(in) :: parts(3)   !! factor f of the parts of a B-spline, 1/2 in equal cells
+    real(rp), intent(in) :: w(3)       !! weights
     real(rp) :: tail(3)
 
     if (scene%method%is_bspline) then

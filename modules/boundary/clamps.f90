@@ -92,8 +92,8 @@ contains
   subroutine stop_node(sim, c, on, limit, least, g)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: c, on
-    real(rp), intent(in) :: limit, least                  !! largest impulse [N s], smallest nodal
-                                                          !! inertia [kg]
+    real(rp), intent(in) :: limit  !! largest impulse [N s]
+    real(rp), intent(in) :: least  !! smallest nodal inertia [kg]
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
     real(rp) :: change(3), impulse(3), inertia(2), spans(3), v(3), w(2), work
     integer :: ijk(3), k, node(2), step

@@ -28,8 +28,8 @@ module boundary_symmetry
     r_heat = 4, &          !! capacity, capacity times temperature, stored heat
     r_temperature = 5, &   !! capacity, -, -, temperature in lanes 4, 5
     r_flux = 6, &          !! heat in lane 5, capacity times a difference of temperature in lane 8
-    r_warming = 7          !! temperature increment in lanes 4, 5, temperature in lanes 6, 8,
-                           !! difference of temperatures in lane 7
+    ! Temperature increment in lanes 4 and 5, temperature in 6 and 8, their difference in 7.
+    r_warming = 7
 
 contains
 
@@ -228,8 +228,8 @@ contains
     integer, intent(in) :: kind
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn), lost(8, size(sim%scene%symmetry))
     real(rp), intent(inout), optional :: mass_behind(sim%boundary%mirrors%n_pairs)
-    integer, intent(in), optional :: part                 !! part of the nodes (`shared_part` or
-                                                          !! `interior_part`); absent: all nodes
+    !> `shared_part` or `interior_part` of the nodes; absent: all.
+    integer, intent(in), optional :: part
     real(rp), dimension(8, size(sim%scene%symmetry)) :: sign, shift
     real(rp) :: odd(8)
     integer :: a, b, c, i, pairs(2), planes(2)

@@ -14,8 +14,8 @@ module contact_body_kept
 
   public :: keep_entries, recall
 
-  real(rp), parameter :: max_path = 0.005_rp       !! largest path of a body with an unchanged
-                                                   !! normal [shortest cell edges]
+  !> Path of a body up to which its normal stays the same [shortest cell edges].
+  real(rp), parameter :: max_path = 0.005_rp
 
 contains
 

@@ -50,8 +50,8 @@ contains
   !> `high`.
   pure logical function may_reach(scene, ball, low, high)
     type(scene_t), intent(in) :: scene
-    real(rp), intent(in) :: ball(4), low(3), high(3)     !! centre and radius of the ball, corners
-                                                         !! of the box [m]
+    real(rp), intent(in) :: ball(4)           !! centre and radius of the ball [m]
+    real(rp), intent(in) :: low(3), high(3)   !! corners of the box [m]
     real(rp) :: reach
 
     reach = ball(4) + (1.0_rp + skin)*scene%grid%longest()

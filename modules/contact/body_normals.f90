@@ -20,8 +20,8 @@ module contact_body_normals
 
   public :: try_normals, average_normals, overlap_weight
 
-  real(rp), parameter :: ridge = sqrt(epsilon(1.0_rp))   !! regularisation of singular matrices
-                                                         !! [cells^2]
+  !> Regularisation of singular matrices [cells^2].
+  real(rp), parameter :: ridge = sqrt(epsilon(1.0_rp))
 
 contains
 
@@ -60,8 +60,8 @@ contains
 
   !> Slope of the linear function that best fits the labels of the particles (linear regression).
   pure function plane_between(ridges, s) result(slope)
-    real(rp), intent(in) :: ridges(3)          !! regularisation of the matrix [squared edges of the
-                                               !! cell's cube]
+    !> Regularisation of the matrix [squared edges of the cell's cube].
+    real(rp), intent(in) :: ridges(3)
     real(rp), intent(in) :: s(14)
     real(rp) :: slope(3), a(3, 3), b(3), mean(3)
     integer :: i

@@ -23,8 +23,8 @@ module contact_body_pairs
 
   public :: resolve_body_contact, join_bodies, join_increments
 
-  real(rp), parameter :: withheld_fraction = 0.05_rp   !! fraction of the energy lost at nodes that
-                                                       !! is not given back
+  !> Part of the energy lost at nodes that is not given back.
+  real(rp), parameter :: withheld_fraction = 0.05_rp
   !> Half the overlap from which impulses are doubled to separate bodies, and the gap up to which
   !> sticking bodies touch [cells].
   real(rp), parameter, public :: slack = 0.05_rp

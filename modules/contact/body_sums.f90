@@ -13,8 +13,8 @@ module contact_body_sums
 
   public :: sum_particles
 
-  integer, parameter :: n_gradient = 3, n_part = 13    !! sums of one body: gradient; gradient and
-                                                       !! moments
+  integer, parameter :: n_gradient = 3  !! sums of one body for the gradient
+  integer, parameter :: n_part = 13     !! and for gradient and moments
 
 contains
 

@@ -15,13 +15,12 @@ module contact_body_surfaces
 
   public :: choose_normal, first_stretches, gap_between, measure_mean, measure_shared, choose_mean
 
-  real(rp), parameter :: min_gap_gain = 1.0e-3_rp  !! smallest gain of the gap that makes a less
-                                                   !! well founded direction preferred [shortest
-                                                   !! cell edges]
-  real(rp), parameter :: no_surface = -1.0e200_rp  !! surface of a body without particles near the
-                                                   !! node [m]
-  real(rp), parameter :: no_min_gap = -1.0e100_rp  !! lower bound of the gap with which all surfaces
-                                                   !! are measured [m]
+  !> Gain of the gap above which a less well founded direction is preferred [shortest cell edges].
+  real(rp), parameter :: min_gap_gain = 1.0e-3_rp
+  !> Surface of a body without particles near the node [m].
+  real(rp), parameter :: no_surface = -1.0e200_rp
+  !> Lower bound of the gap with which all surfaces are measured [m].
+  real(rp), parameter :: no_min_gap = -1.0e100_rp
 
 contains
 
@@ -241,8 +240,9 @@ contains
   subroutine extend_by_largest(near, first, last, n, nn, factor, x, bound, outermost, surface)
     type(near_t), intent(in) :: near
     integer, intent(in) :: first, last
-    real(rp), intent(in) :: n(3), nn(6), factor(:), x(3), bound(last - first + 1)  !! node position,
-                                                                                   !! bounds [m]
+    real(rp), intent(in) :: n(3), nn(6), factor(:)
+    real(rp), intent(in) :: x(3)                      !! position of the node [m]
+    real(rp), intent(in) :: bound(last - first + 1)   !! bounds [m]
     integer, intent(inout) :: outermost
     real(rp), intent(inout) :: surface
     real(rp) :: before

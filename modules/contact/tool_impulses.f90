@@ -54,15 +54,14 @@ module contact_tool_impulses
 
   public :: find_contact, find_impulses, apply_impulses
 
-  real(rp), parameter :: impulse_fraction_remapped = 0.7_rp  !! fraction of the impulse applied
-                                                             !! where strains follow velocities
-                                                             !! mapped again: the full impulse
-                                                             !! causes ringing
-  real(rp), parameter :: band = 3.51_rp  !! distance from the tool up to which nodes are listed
-                                         !! [cells]: not an integer, so that rounding does not
-                                         !! decide and all ranks list the same nodes
-  real(rp), parameter :: min_load_return = 1.0e-3_rp         !! lower bound of the load-return
-                                                             !! factor (avoids division by zero)
+  !> Fraction of the impulse that is applied where strains follow velocities mapped again, since the
+  !> full impulse causes ringing.
+  real(rp), parameter :: impulse_fraction_remapped = 0.7_rp
+  !> Distance from the tool up to which nodes are listed [cells]. It is no integer, so that rounding
+  !> does not decide and all ranks list the same nodes.
+  real(rp), parameter :: band = 3.51_rp
+  !> Lower bound of the load-return factor, so that no division is by zero.
+  real(rp), parameter :: min_load_return = 1.0e-3_rp
 
 contains
 
@@ -188,8 +187,8 @@ contains
   !> impulses by the forces of the last step.
   subroutine add_masses(sim, remaps_velocities)
     type(simulation_t), intent(inout) :: sim
-    logical, intent(in) :: remaps_velocities          !! strains follow velocities mapped again from
-                                                      !! the particles (MUSL, USAVG)
+    !> Strains follow velocities mapped again from the particles (MUSL, USAVG).
+    logical, intent(in) :: remaps_velocities
     real(rp) :: mass(n_masses)
     integer :: i, p
 

@@ -47,15 +47,13 @@ module contact_tool_limits
   end type shear_layer_t
 
   real(rp), parameter, public :: root3 = sqrt(3.0_rp)
-  real(rp), parameter :: min_rise = 1.0_rp                  !! smallest increment of the temperature
-                                                            !! derivative [K]
+  real(rp), parameter :: min_rise = 1.0_rp  !! smallest increment of the temperature derivative [K]
   real(rp), parameter, public :: min_softening = 1.0e-4_rp  !! x tanh x of a non-uniform layer
-  real(rp), parameter, public :: no_limit = 1.0e30_rp       !! impulse bound of elastic material
-                                                            !! [N s]
+  real(rp), parameter, public :: no_limit = 1.0e30_rp  !! impulse bound of elastic material [N s]
   real(rp), parameter, public :: molten_limit = 1.0e-30_rp  !! impulse bound of molten metal [N s]
   real(rp), parameter :: min_sensitivity = 1.0e-3_rp        !! bound of d ln(stress)/d ln(rate)
-  real(rp), parameter :: edge_pressure = 2.0_rp + pi        !! bearing pressure of an edge over
-                                                            !! shear strength
+  !> Bearing pressure of an edge over shear strength.
+  real(rp), parameter :: edge_pressure = 2.0_rp + pi
 
 contains
 
@@ -341,15 +339,14 @@ contains
   !> softening_rate rise, by Newton's method in the stress, on which the temperature rise depends
   !> almost linearly.
   pure subroutine solve_layer(plastic_heat, conductivity, n, v, base, softening_rate, slope, layer)
-    real(rp), intent(in) :: plastic_heat, conductivity(nlane)   !! fraction of plastic work that
-                                                                !! becomes heat [-], conductivity
-                                                                !! [W/(m K)]
+    real(rp), intent(in) :: plastic_heat          !! fraction of plastic work that becomes heat [-]
+    real(rp), intent(in) :: conductivity(nlane)   !! [W/(m K)]
     integer, intent(in) :: n
     real(rp), dimension(nlane), intent(in) :: v, base, softening_rate, slope
     type(shear_layer_t), intent(inout) :: layer      !! layer of uniform rate on entry
     integer, parameter :: n_newton = 3
-    real(rp), parameter :: min_slope = 1.0e-3_rp   !! lower bound of the slope over the stress: a
-                                                   !! law without sensitivity shears in a plane
+    !> Lower bound of the slope over the stress, as a law without sensitivity shears in a plane.
+    real(rp), parameter :: min_slope = 1.0e-3_rp
     real(rp) :: a, log_cosh, m, rise_per_stress, rise, sigma, t, x
     integer :: p, iteration
 

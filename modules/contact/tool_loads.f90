@@ -124,8 +124,9 @@ contains
   pure subroutine record_face(t, rigid, dt, x, temp, slip, work, tool)
     type(contact_particle_t), intent(in) :: t
     type(rigid_t), intent(in) :: rigid
-    real(rp), intent(in) :: dt, x(3), temp     !! time step [s], position [m], particle temperature
-                                               !! [K]
+    real(rp), intent(in) :: dt     !! time step [s]
+    real(rp), intent(in) :: x(3)   !! position [m]
+    real(rp), intent(in) :: temp   !! temperature of the particle [K]
     real(rp), intent(in) :: slip(3)            !! mean slip velocity of the step [m/s]
     real(rp), intent(in) :: work               !! friction work [J]
     type(tool_t), intent(inout) :: tool

@@ -36,12 +36,11 @@ module contact_tool_particles
 
   public :: find_contact_particles, update_surface_offset, relaxation_time, velocity_at
 
-  real(rp), parameter :: slop = 0.02_rp              !! width of the zone where gaps close slowly
-                                                     !! [cells]
-  real(rp), parameter :: relaxation = 60.0_rp        !! relaxation time of slow closing, as the
-                                                     !! number of cells that a wave crosses in it
-  real(rp), parameter :: recovery_speed = 3.0e-3_rp  !! largest speed of removing a penetration
-                                                     !! [wave speeds]
+  real(rp), parameter :: slop = 0.02_rp  !! width of the zone where gaps close slowly [cells]
+  !> Number of cells that a wave crosses in the relaxation time of slow closing.
+  real(rp), parameter :: relaxation = 60.0_rp
+  !> Largest speed of removing a penetration [wave speeds].
+  real(rp), parameter :: recovery_speed = 3.0e-3_rp
   real(rp), parameter :: friction_distance = 0.5_rp  !! largest gap with friction [spacings]
 
 contains
@@ -81,8 +80,8 @@ contains
   subroutine gather_near(sim, b, reach, dt, g, near)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: b
-    real(rp), intent(in) :: reach         !! largest distance of touching particle centres from the
-                                          !! tool [m]
+    !> Largest distance of touching particle centres from the tool [m].
+    real(rp), intent(in) :: reach
     real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
     type(candidates_t), intent(inout) :: near
     real(rp), parameter :: rounding = 1.0_rp + 1.0e-9_rp
@@ -182,10 +181,11 @@ contains
   logical function takes_part(sim, near, dt, zone, friction_zone, x, v, particle)
     type(simulation_t), intent(in) :: sim
     type(candidates_t), intent(in) :: near
-    real(rp), intent(in) :: dt, x(3), v(3)         !! time step [s], particle position [m], velocity
-                                                   !! of its surface [m/s]
-    real(rp), intent(in) :: zone, friction_zone    !! distances from the tool within which a
-                                                   !! particle touches or has friction [m]
+    real(rp), intent(in) :: dt     !! time step [s]
+    real(rp), intent(in) :: x(3)   !! position of the particle [m]
+    real(rp), intent(in) :: v(3)   !! velocity of its surface [m/s]
+    real(rp), intent(in) :: zone            !! distance from the tool within which it touches [m]
+    real(rp), intent(in) :: friction_zone   !! distance within which it has friction [m]
     type(contact_particle_t), intent(inout) :: particle
     real(rp) :: back, gap, relative(3), edge_distance, time, unused(3)
 

@@ -24,19 +24,19 @@ module front_estimate
     real(rp) :: steps = 0.0_rp            !! steps of the run
     real(rp) :: awake = 1.0_rp            !! mean share of awake particles
     integer :: measured = 0               !! steps made for the estimate
-    logical :: is_bound = .false.         !! more particles may fall asleep later on, so that the
-                                          !! cost is an upper bound
+    !> The cost is an upper bound, since more particles may fall asleep later.
+    logical :: is_bound = .false.
   contains
     procedure :: run_time
   end type cost_t
 
   integer, parameter :: n_positions = 6   !! positions of the tools, in equal parts of the run
-  integer, parameter :: settling_steps(2) = [320, 150]  !! steps until material sleeps, at the start
-                                                        !! and after a tool was moved
+  !> Steps until material sleeps, at the start and after a tool was moved.
+  integer, parameter :: settling_steps(2) = [320, 150]
   integer, parameter :: measured_steps = 100  !! measured steps, a sort interval
   integer, parameter :: min_steps = 20    !! least number of measured steps
-  real(rp), parameter :: time_limit = 4.0_rp  !! processor time of a rank per tool position above
-                                              !! which the measurement ends [s]
+  !> Processor time of a rank for a position of the tool after which the measurement ends [s].
+  real(rp), parameter :: time_limit = 4.0_rp
   real(rp), parameter :: heat_time = 1.0_rp  !! measured processor time of heat-only runs [s]
   real(rp), parameter :: max_settling = 0.1_rp    !! largest share of the steps for settling
 

@@ -26,10 +26,10 @@ module front_material_driver
   public :: drive_material
 
   character(*), parameter :: group = 'PATH'
-  real(rp), parameter :: max_temperature_step = 2.0_rp  !! largest temperature change of an
-                                                        !! increment of a history [K]
-  real(rp), parameter :: slowest_share = 1.0e-6_rp  !! slowest rate of a shear path over its given
-                                                    !! rate
+  !> Largest temperature change of an increment of a history [K].
+  real(rp), parameter :: max_temperature_step = 2.0_rp
+  !> Slowest rate of a shear path over its given rate.
+  real(rp), parameter :: slowest_share = 1.0e-6_rp
   integer, parameter :: min_increments = 8   !! increments per line of a history with annealing
 
   !> Additional columns of the curve of simple shear.

@@ -21,8 +21,8 @@ module front_point_watch
     private
     integer(i8) :: increments = 0                !! number of increments
     integer(i8) :: counts(n_kinds) = 0           !! number of warnings
-    real(rp) :: first(3, n_kinds) = 0.0_rp       !! first occurrence: time [s], plastic strain,
-                                                 !! temperature [K]
+    !> First occurrence: time [s], plastic strain, temperature [K].
+    real(rp) :: first(3, n_kinds) = 0.0_rp
   contains
     procedure :: inspect, log_warnings
   end type validity_checker_t

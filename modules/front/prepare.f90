@@ -94,8 +94,8 @@ contains
   subroutine read_texts(world, command, input, old, notes, is_read)
     type(world_t), intent(in) :: world
     type(command_t), intent(in) :: command
-    type(input_t), intent(out) :: input, old             !! input of the run, scene of the
-                                                         !! checkpoint
+    type(input_t), intent(out) :: input   !! of the run
+    type(input_t), intent(out) :: old     !! scene of the checkpoint
     type(notes_t), intent(out) :: notes
     logical, intent(out) :: is_read
     type(error_t) :: error
@@ -152,8 +152,8 @@ contains
     type(input_t), intent(in) :: input
     type(simulation_t), intent(in) :: sim
     integer(i8), allocatable, intent(out) :: counts(:)
-    real(rp), allocatable, intent(out) :: shares(:)      !! volume of each body over that of a
-                                                         !! particle (load_bodies)
+    !> Volume of each body over that of a particle (load_bodies).
+    real(rp), allocatable, intent(out) :: shares(:)
     type(volumes_t), allocatable, intent(out) :: volumes(:)
     integer :: b
 

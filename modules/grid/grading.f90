@@ -20,10 +20,10 @@ module grid_grading
   type :: grading_t
     logical :: is_graded = .false.
     integer :: first = 0                 !! index of the first stored span, below 0
-    real(rp), allocatable :: edge(:)     !! lower edges of the spans, and the upper one of the last
-                                         !! [m]
-    real(rp), allocatable :: span(:, :)  !! (5, spans) middle [m], 1/width [1/m], coefficients of
-                                         !! the lower and upper neighbour's function, width [m]
+    real(rp), allocatable :: edge(:)  !! lower edge of each span, and the upper edge of the last [m]
+    !> Middle [m], 1/width [1/m], coefficients of the functions of the lower and the upper
+    !> neighbour, width [m], (5, spans).
+    real(rp), allocatable :: span(:, :)
     integer, allocatable :: bin(:)       !! span in which each bin of equal length begins
     real(rp) :: inv_bin = 0.0_rp         !! 1/length of a bin [1/m]
   contains
@@ -38,8 +38,9 @@ contains
   !> are nodes, and growing from there to both sides by at most the factor `growth` per span, up to
   !> `largest`. `message` explains what does not fit, or is empty.
   pure subroutine make_grading(lower, upper, zone, cell, growth, largest, grading, n, message)
-    real(rp), intent(in) :: lower, upper, zone(2), cell, growth, largest   !! [m], [m], [m], [m],
-                                                                           !! [-], [m]
+    real(rp), intent(in) :: lower, upper, zone(2), cell   !! [m]
+    real(rp), intent(in) :: growth                        !! ratio of neighbouring cells [-]
+    real(rp), intent(in) :: largest                       !! largest cell [m]
     type(grading_t), intent(out) :: grading
     integer, intent(out) :: n                           !! number of nodes
     character(:), allocatable, intent(out) :: message

@@ -44,8 +44,8 @@ contains
     type(world_t), intent(in) :: world
     type(patch_t), intent(in) :: patch
     type(box_t), intent(in) :: boxes(0:)
-    type(box_t), intent(in) :: active  !! box of the nodes in use on any rank; periodic axes ignore
-                                       !! it
+    !> Box of the nodes in use on any rank; periodic axes ignore it.
+    type(box_t), intent(in) :: active
     type(line_t) :: line(3)
     logical, allocatable :: is_shared(:)
     integer, allocatable :: others(:)

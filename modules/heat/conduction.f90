@@ -188,8 +188,8 @@ contains
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: b
     real(rp), intent(in) :: dt                  !! time step [s]
-    real(rp), intent(inout) :: gained, smoothed  !! heat gained by the particles, and heat change by
-                                                 !! smoothing [J]
+    real(rp), intent(inout) :: gained     !! heat gained by the particles [J]
+    real(rp), intent(inout) :: smoothed   !! change of heat by smoothing [J]
     integer :: first(nlane)
     real(rp) :: before(nlane), c_p(nlane), w(nlane, 18)
 

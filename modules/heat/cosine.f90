@@ -12,9 +12,8 @@ module heat_cosine
   public :: cosine_t
 
   integer(c_int), parameter :: forwards = -1_c_int, backwards = 1_c_int
-  integer(c_int), parameter :: flags = ior(64_c_int, 2_c_int)   !! flags of FFTW: FFTW_ESTIMATE, so
-                                                                !! that every run has the same plan,
-                                                                !! and FFTW_UNALIGNED
+  !> FFTW_ESTIMATE, so that every run has the same plan, and FFTW_UNALIGNED.
+  integer(c_int), parameter :: flags = ior(64_c_int, 2_c_int)
 
   interface
     function plan_many(rank, n, howmany, in, inembed, istride, idist, out, onembed, ostride, &

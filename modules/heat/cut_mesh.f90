@@ -11,8 +11,8 @@ module heat_cut_mesh
 
   public :: cut_cells_t, cut_mesh, n_halo_planes
 
-  integer, parameter :: n_halo_planes = 3       !! number of planes needed beyond the own ones on
-                                                !! each side
+  !> Number of planes needed beyond the own ones on each side.
+  integer, parameter :: n_halo_planes = 3
   real(rp), parameter :: min_volume = 0.4_rp    !! volume fraction below which a cell is merged
   real(rp), parameter :: tolerance = 1.0e-9_rp  !! relative tolerance of areas and volumes
 

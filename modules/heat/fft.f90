@@ -21,8 +21,8 @@ module heat_fft
   !> Plans, eigenvalues and work arrays.
   type :: fft_t
     integer, private :: n(3) = 0
-    type(redistribution_t), private :: share         !! redistribution between planes and columns of
-                                                     !! the ranks
+    !> Redistribution between planes and columns of the ranks.
+    type(redistribution_t), private :: share
     type(cosine_t), private :: along_x, along_y
     type(surface_t), private :: surface
     logical :: is_exact = .false.                    !! `solve` is exact for this solid

@@ -122,8 +122,7 @@ contains
     real(rp), intent(in) :: normal(3)                  !! out of the first body
     real(rp), intent(in) :: surface(6, 2)              !! area vectors [m2] and forces [N] of both
     real(rp), intent(out) :: area                      !! [m2]
-    real(rp), intent(out) :: coefficient               !! heat-transfer coefficient of the gap
-                                                       !! [W/(m2 K)]
+    real(rp), intent(out) :: coefficient  !! heat-transfer coefficient of the gap [W/(m2 K)]
     real(rp) :: both(2), outwards, pressure
     integer :: k, n
 

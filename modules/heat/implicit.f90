@@ -14,8 +14,8 @@ module heat_implicit
 
   integer, parameter :: max_newton = 12
   real(rp), parameter :: root2 = sqrt(2.0_rp)
-  real(rp), parameter :: first_end = 2.0_rp - root2      !! gamma, end of the first stage as a
-                                                         !! fraction of the step
+  !> gamma, end of the first stage as a fraction of the step.
+  real(rp), parameter :: first_end = 2.0_rp - root2
   real(rp), parameter :: diagonal = 0.5_rp*first_end     !! d, diagonal coefficient of the scheme
   real(rp), parameter :: weight = 0.25_rp*root2          !! w, weight of the first two stages
   real(rp), parameter :: error_weight(3) = [(4.0_rp*weight - 1.0_rp)/3.0_rp, -1.0_rp/3.0_rp, &

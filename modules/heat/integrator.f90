@@ -13,8 +13,8 @@ module heat_integrator
 
   public :: integrator_t, n_kept
 
-  integer, parameter :: n_kept = 3   !! fields of a restart besides the state: rate, mean rate,
-                                     !! preconditioner
+  !> Fields of a restart besides the state: rate, mean rate, preconditioner.
+  integer, parameter :: n_kept = 3
 
   real(rp), parameter :: safety = 0.8_rp, max_growth = 2.0_rp, min_growth = 0.2_rp
   integer, parameter :: max_refused = 50           !! largest number of refused trials of one step

@@ -16,8 +16,8 @@ module heat_linear
 
   integer, parameter, public :: euler = 1, rkl2 = 2, backward_euler = 3, tr_bdf2 = 4
   integer, parameter, public :: by_cg = 1, by_fft = 2, by_petsc = 3
-  integer, parameter, public :: max_iterations = 2000    !! largest number of iterations of
-                                                         !! conjugate gradients
+  !> Largest number of iterations of conjugate gradients.
+  integer, parameter, public :: max_iterations = 2000
 
   character(14), parameter, public :: method_names(4) = [character(14) :: &
     'explicit', 'rkl2', 'backward-euler', 'tr-bdf2']

@@ -27,14 +27,14 @@ module heat_mesh
     integer :: nx = 0, np = 0                     !! number of own planes, cells of a plane
     integer :: before = -1, after = -1            !! ranks of the planes lo-1 and hi+1; -1: none
     real(rp), allocatable :: xm(:), xp(:)         !! (nx) rates to the previous and next plane
-    real(rp), allocatable, dimension(:) :: ym, yp, zm, zp   !! rates to the previous and next cell
-                                                            !! along y and z [1/s]
+    !> Rates to the cells before and behind along y and z [1/s].
+    real(rp), allocatable, dimension(:) :: ym, yp, zm, zp
     real(rp), allocatable :: capacity(:)          !! (np nx) [J/K]; 0: not in the solid
     real(rp) :: volume = 0.0_rp                   !! volume of the own cells [m3]
     integer, allocatable :: void(:)               !! cells that are not in the solid
     integer, allocatable :: irregular(:)          !! cells whose rates are not those of uncut cells
-    real(rp), allocatable :: irregular_rate(:, :)  !! rates of the irregular cells to their six
-                                                   !! neighbours [1/s]
+    !> Rates of the irregular cells to their six neighbours [1/s].
+    real(rp), allocatable :: irregular_rate(:, :)
     integer, allocatable :: body(:)               !! (np nx) body of each cell
     type(boundary_face_t), allocatable :: wall(:)   !! boundary faces of the own cells
   contains

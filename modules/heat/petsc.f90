@@ -16,8 +16,8 @@ module heat_petsc
 
   public :: end_petsc, operator_t, petsc_t, petsc_trouble, solve_by_petsc
 
-  real(rp), parameter :: reuse_factor = 1.5_rp  !! change of the step by which the preconditioner is
-                                                !! rebuilt
+  !> Change of the step by which the preconditioner is rebuilt.
+  real(rp), parameter :: reuse_factor = 1.5_rp
 
   !> A linear operator, defined by its product with a vector.
   type, abstract :: operator_t
@@ -41,8 +41,8 @@ module heat_petsc
     type(c_ptr), private :: matrix = c_null_ptr
     integer, allocatable, private :: row(:)   !! cells in the solid
     real(rp), private :: built_for = 0.0_rp   !! implicit step of the preconditioner [s]; 0: none
-    real(rp), allocatable, private :: built_from(:)   !! diagonal with which the preconditioner was
-                                                      !! built [J/K]
+    !> Diagonal with which the preconditioner was built [J/K].
+    real(rp), allocatable, private :: built_from(:)
   contains
     procedure :: start, solve, pack_restart_data, unpack_restart_data
   end type petsc_t

@@ -52,10 +52,9 @@ module heat_sources
     integer :: n = 0   !! faces or cells covered at the start or the end
     integer, allocatable :: cell(:)                  !! own cell of each covered face or cell
     real(rp), allocatable :: insulance(:)         !! centre depth over face area [1/m]
-    real(rp), allocatable :: moment(:, :)            !! (4, n) area and integral of the radius over
-                                                     !! the covered part of a face (`disc_moments`),
-                                                     !! or covered capacity and 0, at the start and
-                                                     !! at the end of the step
+    !> At the start and at the end of the step: area and integral of the radius over the covered
+    !> part of a face (`disc_moments`), or covered capacity and 0, (4, n).
+    real(rp), allocatable :: moment(:, :)
     real(rp) :: total(2) = 0.0_rp                    !! moments 1 and 3, sums over all ranks
   contains
     procedure :: read_keys, find_walls, move, is_on, heat_of
@@ -69,8 +68,7 @@ contains
     type(boundary_face_t), intent(in) :: wall(:)
     real(rp), intent(in) :: capacity(:)           !! capacity of the cells [J/K]
     real(rp), intent(in) :: conductivity(:)       !! conductivity of the bodies [W/(m K)]
-    real(rp), intent(in) :: coefficient(:, :)     !! (6, bodies) heat-transfer coefficients [W/(m2
-                                                  !! K)]
+    real(rp), intent(in) :: coefficient(:, :)  !! (6, bodies) heat-transfer coefficients [W/(m2 K)]
     real(rp), intent(in) :: radiation(:, :)       !! (6, bodies) emissivity times sigma [W/(m2 K4)]
     real(rp), intent(in) :: ambient(:, :)         !! (6, bodies) ambient temperatures [K]
     real(rp) :: h

@@ -11,8 +11,8 @@ module heat_surface
 
   public :: surface_t
 
-  real(rp), parameter :: relative = 1.0e-8_rp    !! relative residual at which the iteration has
-                                                 !! converged
+  !> Relative residual at which the iteration has converged.
+  real(rp), parameter :: relative = 1.0e-8_rp
   integer, parameter :: max_iterations = 500
 
   !> Transforms of the plane.

@@ -15,8 +15,8 @@ module heat_tridiagonal
   type :: tridiagonal_t
     integer :: nx = 0, nz = 0
     real(rp), allocatable :: lambda_x(:)             !! (nx) decay rates of cosine modes [1/s]
-    real(rp), allocatable, dimension(:) :: zm, zp, loss   !! (nz) rates to the cells below, to the
-                                                          !! cells above, and of film losses [1/s]
+    !> Rates to the cells below and above, and of film losses [1/s], (nz).
+    real(rp), allocatable, dimension(:) :: zm, zp, loss
   contains
     procedure :: solve, response
   end type tridiagonal_t

@@ -38,8 +38,8 @@ contains
   !> A cube at the edge counts by the covered part of its width.
   pure real(rp) function weight(self, d, width)
     class(volume_t), intent(in) :: self
-    real(rp), intent(in) :: d(3), width              !! vector from the centre of the source, edge
-                                                     !! of the cube [m]
+    real(rp), intent(in) :: d(3)    !! vector from the centre of the source [m]
+    real(rp), intent(in) :: width   !! edge of the cube [m]
 
     weight = max(0.0_rp, min(1.0_rp, (self%radius - norm2(d))/width + 0.5_rp))
   end function weight

@@ -29,10 +29,8 @@ module heat_alone_files
     type(table_t) :: history, probes
     character(32), allocatable :: probe(:)    !! names of the probes
     type(progress_t) :: progress
-    real(rp) :: next_row = 0.0_rp, next_frame = 0.0_rp, next_checkpoint = 0.0_rp   !! times of the
-                                                                                   !! next row,
-                                                                                   !! frame and
-                                                                                   !! checkpoint [s]
+    !> Times of the next row, frame and checkpoint [s].
+    real(rp) :: next_row = 0.0_rp, next_frame = 0.0_rp, next_checkpoint = 0.0_rp
     real(rp) :: secured = 0.0_rp              !! wall-clock time of the last checkpoint [s]
     integer(i8) :: saved_step = -1            !! step of the last checkpoint
     type(melting_t) :: melting

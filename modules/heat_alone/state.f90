@@ -26,8 +26,8 @@ module heat_alone_state
     real(rp) :: time = 0.0_rp                !! simulated time [s]
     real(rp) :: content0 = 0.0_rp            !! heat content at t = 0 [J]
     real(rp) :: row_time = -1.0_rp           !! time of the last history row [s]
-    real(rp) :: row_heats(n_heats) = 0.0_rp  !! heat of sources and films until the last history row
-                                             !! [J]
+    !> Heat of sources and films until the last history row [J].
+    real(rp) :: row_heats(n_heats) = 0.0_rp
     integer(i8) :: rows = 0                  !! history rows written so far
     logical :: lost_row = .false.            !! a row could not be written, on rank 0
     real(rp), allocatable :: frame_times(:)  !! times of the frames written so far [s]

@@ -24,8 +24,7 @@ module hooks_source
   type, extends(hook_t) :: source_t
     type(heat_source_t) :: source
     integer :: number = 0                    !! index of its &SOURCE
-    logical :: has_warned = .false.          !! the warning that the source covers no particle was
-                                             !! given
+    logical :: has_warned = .false.  !! it was reported that the source covers no particle
   contains
     procedure, nopass :: add_keys
     procedure :: read_keys, give_heat

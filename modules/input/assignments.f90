@@ -14,8 +14,7 @@ module input_assignments
   !> A group, `&NAME ... /`.
   type :: group_t
     character(name_len) :: name = ''   !! upper case
-    integer :: line = 0                !! line where the group opens; -k: opened by the k-th
-                                       !! override
+    integer :: line = 0  !! line where the group opens; -k: opened by the k-th override
     logical :: is_broken = .false.     !! the group could not be read to its end
     integer :: first = 1, last = 0     !! range of its assignments, without overrides
   end type group_t
@@ -42,8 +41,8 @@ module input_assignments
     character(:), allocatable :: text              !! the file without comments
     type(group_t), allocatable :: groups(:)
     type(assignment_t), allocatable :: assignments(:)
-    integer :: n_groups = 0, n_read = 0   !! numbers of groups and of assignments in the file;
-                                          !! overrides follow them
+    integer :: n_groups = 0   !! groups in the file; those of overrides follow
+    integer :: n_read = 0     !! assignments in the file, likewise
     type(places_t), allocatable, private :: places(:)
   contains
     procedure :: find_places, count => count_groups, add_group, find, last_of, value, replace

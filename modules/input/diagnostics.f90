@@ -48,8 +48,7 @@ contains
   subroutine add(self, file, line, message, is_warning)
     class(diagnostics_t), intent(inout) :: self
     character(*), intent(in) :: file
-    integer, intent(in) :: line           !! line of the file; 0: none; -k: line of the k-th
-                                          !! override
+    integer, intent(in) :: line  !! line of the file; 0: none; -k: line of the k-th override
     character(*), intent(in) :: message
     logical, intent(in), optional :: is_warning   !! a warning, with which the run continues
     type(diagnostic_t) :: new

@@ -28,8 +28,8 @@ module input_key_table
     logical :: may_change = .false.     !! a restart may change the value
     character(256) :: default = ''      !! default value, as text
     character(480) :: condition = ''    !! 'KEY = a or b' under which it applies; '': always
-    character(480) :: allowed = ''      !! interval, names of a choice, characters of a text,
-                                        !! 'name', 'file name'
+    !> Interval, names of a choice, characters of a text, "name" or "file name".
+    character(480) :: allowed = ''
     character(240) :: about = ''        !! description for the reference page
   end type key_row_t
 
@@ -71,8 +71,8 @@ contains
     character(*), intent(in) :: name, kind
     integer, intent(in) :: n
     character(*), intent(in) :: unit
-    character(*), intent(in) :: default          !! default or 'required', optionally followed by
-                                                 !! 'if KEY = a or b'
+    !> Default or 'required', optionally followed by 'if KEY = a or b'.
+    character(*), intent(in) :: default
     character(*), intent(in) :: allowed, about
     type(key_row_t) :: row
     character(:), allocatable :: condition

@@ -22,8 +22,8 @@ contains
   subroutine read_input(table, file, overrides, input, point)
     type(key_table_t), intent(in) :: table   !! table of keys
     character(*), intent(in) :: file
-    character(*), intent(in) :: overrides(:)  !! GROUP.KEY=VALUE, GROUP(2).KEY=..,
-                                              !! GROUP(name).KEY=..
+    !> GROUP.KEY=VALUE, GROUP(2).KEY=.., GROUP(name).KEY=...
+    character(*), intent(in) :: overrides(:)
     type(input_t), intent(out) :: input
     logical, intent(in), optional :: point   !! the input of `--material`
     character(:), allocatable :: text, problem

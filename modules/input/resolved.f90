@@ -14,8 +14,8 @@ module input_resolved
 
   public :: file_path, folder_of_files, resolved_text, scene_text, sums_of_files
 
-  character(*), parameter :: key = 'FILE'   !! key of file names in all groups; &PATH is not part of
-                                            !! a run
+  !> Key of file names in all groups; &PATH is not part of a run.
+  character(*), parameter :: key = 'FILE'
 
   character, parameter :: nl = new_line('a')
 

@@ -29,8 +29,8 @@ module input_values
     type(scan_t) :: written                            !! scanned groups (set by input_reading)
     type(key_table_t) :: table
     type(taken_t), allocatable :: taken(:)             !! values from libraries (input_library)
-    character(:), allocatable :: folder                !! folder of the files named by the input, if
-                                                       !! not the folder of the input
+    !> Folder of the files that the input names, if not that of the input.
+    character(:), allocatable :: folder
     type(diagnostics_t), pointer :: diagnostics => null()   !! errors and warnings
   contains
     procedure :: count => count_groups, has_required_groups, is_short, given => is_given, holds

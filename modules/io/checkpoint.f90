@@ -338,8 +338,7 @@ contains
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
     real(rp), intent(in), contiguous :: field(:, :)   !! (cells of a plane, own planes)
-    type(numbers_t), intent(in) :: global             !! state of the run; the values of rank 0 are
-                                                      !! written
+    type(numbers_t), intent(in) :: global  !! state of the run; the values of rank 0 are written
     type(notes_t), intent(in) :: notes
     type(error_t), intent(inout) :: error
     type(h5file_t) :: file

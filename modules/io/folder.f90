@@ -20,8 +20,8 @@ module io_folder
 
   public :: lock_folder, clear_folder
 
-  real(rp), parameter :: lock_timeout = 5.0_rp  !! longest wait for the lock of a run that is ending
-                                                !! [s]
+  !> Longest wait for the lock of a run that is ending [s].
+  real(rp), parameter :: lock_timeout = 5.0_rp
   character(*), parameter :: nl = new_line('a'), run_file = '_run.txt'
   character(*), parameter :: endings(13) = [character(24) :: '_history.csv', '_probes.csv', &
     '_errors.csv', '_tracers.csv', '.hdf.series', '_tools.hdf.series', '_checkpoint.h5', &
@@ -36,8 +36,7 @@ contains
     type(world_t), intent(in) :: world
     character(*), intent(in) :: directory, name
     character(:), allocatable, intent(out) :: note   !! message for the user; '' if none
-    logical, intent(out) :: is_locked                !! the error is that another run has locked the
-                                                     !! folder
+    logical, intent(out) :: is_locked  !! the error is that another run has locked the folder
     type(error_t), intent(inout) :: error
     character(:), allocatable :: path
     integer :: status

@@ -267,8 +267,8 @@ contains
   subroutine write_series(world, directory, name, times, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: directory, name
-    real(rp), intent(in) :: times(:)   !! times of all frames from number 0, also of frames in other
-                                       !! folders [s]
+    !> Times of all frames from number 0, also of frames in other folders [s].
+    real(rp), intent(in) :: times(:)
     type(error_t), intent(inout) :: error
     character(:), allocatable :: path, text
     character(24) :: digits

@@ -37,8 +37,8 @@ module io_h5_file
   type :: h5file_t
     type(world_t) :: world
     type(error_t) :: error                 !! first error, the same on all ranks
-    integer(hid_t) :: id = -1_hid_t, transfer = -1_hid_t   !! identifiers of the file and of its
-                                                           !! transfer properties
+    integer(hid_t) :: id = -1_hid_t         !! identifier of the file
+    integer(hid_t) :: transfer = -1_hid_t   !! identifier of its transfer properties
     logical :: is_new = .false.            !! the file is to be written, not read
     logical :: packed = .false.            !! compress larger arrays
     integer(i8) :: bytes = 0               !! size of an existing file

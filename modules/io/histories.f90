@@ -137,8 +137,8 @@ contains
   subroutine set_aside(path, is_there, found, rows, last_time)
     character(*), intent(in) :: path
     logical, intent(in) :: is_there
-    integer(i8), intent(in) :: found, rows    !! rows in the table, -1 if it has other columns; of
-                                              !! the run
+    integer(i8), intent(in) :: found   !! rows in the table, -1 if it has other columns
+    integer(i8), intent(in) :: rows    !! rows of the run
     real(rp), intent(in) :: last_time
     character(:), allocatable :: message, aside
     logical :: ok

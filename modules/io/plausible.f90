@@ -15,8 +15,8 @@ module io_plausible
   real(rp), parameter, public :: max_magnitude = 1.0e30_rp  !! bound of any quantity, in SI units
   real(rp), parameter, public :: min_positive = 1.0e-30_rp  !! bound of positive quantities
   real(rp), parameter, public :: speed_of_light = 3.0e8_rp   !! bound of velocities [m/s]
-  real(rp), parameter, public :: counts = 2.0_rp**53   !! bound of counts, up to which reals are
-                                                       !! exact
+  !> Bound of counts, up to which reals are exact.
+  real(rp), parameter, public :: counts = 2.0_rp**53
 
   !> Numbers of a data set, which are written or read and checked one after the other. The data set
   !> has their names, a line for each with how many they are.

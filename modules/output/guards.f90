@@ -20,10 +20,10 @@ module output_guards
 
   public :: guards_t, melt_sample_t, melting_t
 
-  real(rp), parameter :: warned_error = 0.01_rp   !! balance error over exchanged energy that causes
-                                                  !! a warning
-  real(rp), parameter :: largest_error = 0.1_rp   !! balance error over exchanged energy that ends
-                                                  !! the run
+  !> Balance error over exchanged energy that causes a warning.
+  real(rp), parameter :: warned_error = 0.01_rp
+  !> Balance error over exchanged energy that ends the run.
+  real(rp), parameter :: largest_error = 0.1_rp
   !> Energy error over bulk modulus times volume that is rounding: elastic energies are differences
   !> of terms of that size.
   real(rp), parameter :: rounding = 1.0e-12_rp
@@ -36,8 +36,9 @@ module output_guards
     real(rp) :: balanced_until = 0.0_rp      !! time of the last row with a closed balance [s]
     logical :: has_warned = .false.          !! a warning of the balance was given
     logical :: is_first = .true., starts_molten = .false.
-    real(rp) :: low = 0.0_rp, high = 0.0_rp  !! coldest and hottest of the metal at the first row,
-                                             !! and of all that it exchanged heat with since [K]
+    !> Lowest and highest temperature of the metal at the first row and of all with which it has
+    !> exchanged heat [K].
+    real(rp) :: low = 0.0_rp, high = 0.0_rp
   contains
     procedure :: check
   end type guards_t
@@ -54,8 +55,8 @@ module output_guards
   !> Molten mass and hottest particle or cell of one rank.
   type :: melt_sample_t
     real(rp) :: melted = 0.0_rp, mass = 0.0_rp        !! molten mass, mass [kg]
-    real(rp) :: over = -huge(1.0_rp), temp = 0.0_rp   !! largest excess over the melting
-                                                      !! temperature, and temperature there [K]
+    real(rp) :: over = -huge(1.0_rp)   !! largest excess over the melting temperature [K]
+    real(rp) :: temp = 0.0_rp          !! temperature there [K]
     real(rp) :: x(3) = 0.0_rp                         !! position of the largest excess [m]
     integer :: body = 0
   end type melt_sample_t

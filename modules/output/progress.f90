@@ -22,8 +22,8 @@ module output_progress
 
   integer, parameter :: max_samples = 64      !! number of samples kept
   real(rp), parameter :: spacing = 0.5_rp     !! initial interval of samples [s]
-  real(rp), parameter :: redraw_interval = 1.0_rp  !! shortest interval between redrawing the line
-                                                   !! in a terminal window [s]
+  !> Shortest time between two drawings of the line in a terminal window [s].
+  real(rp), parameter :: redraw_interval = 1.0_rp
 
   !> Samples of the completed share of a run, and the state of the progress line.
   type :: time_left_t

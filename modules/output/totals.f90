@@ -18,8 +18,8 @@ module output_totals
 
   public :: energies, energies_t, inertial_stress_ratio, zero_totals, sum_totals, totals_t
 
-  real(rp), parameter :: min_strength = 1.0e-4_rp     !! flow stress over shear modulus below
-                                                      !! which metal counts as molten
+  !> Flow stress over shear modulus below which metal counts as molten.
+  real(rp), parameter :: min_strength = 1.0e-4_rp
 
   !> Current energies and extremes of the particles.
   type :: energies_t
@@ -32,8 +32,9 @@ module output_totals
     real(rp) :: inertial_ratio = 0.0_rp      !! largest inertial stress over flow stress
     real(rp) :: packing = 0.0_rp             !! largest excess of the fill over the volume of metal
     real(rp) :: not_finite = 0.0_rp          !! 1: a field of a particle is not finite
-    real(rp) :: motion(4) = 0.0_rp           !! momentum, with that of the inertia added to nodes
-                                             !! [kg m/s], kinetic energy [J], without mass scaling
+    !> Without mass scaling: momentum with that of the inertia added to nodes [kg m/s], kinetic
+    !> energy [J].
+    real(rp) :: motion(4) = 0.0_rp
   end type energies_t
 
   !> Totals of all ranks.

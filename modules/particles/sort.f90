@@ -9,8 +9,8 @@ module particles_sort
 
   public :: sort_particles, sort_first, slot_block, slot_lane
 
-  integer, parameter, public :: keep_none = huge(1)   !! value of `keep` with which `sort_particles`
-                                                      !! reorders all particles
+  !> Value of `keep` with which `sort_particles` reorders all particles.
+  integer, parameter, public :: keep_none = huge(1)
 
 contains
 

@@ -15,23 +15,20 @@ module particles_store
     f_pos = 1, &                                       !! position [m]
     f_mass = 4, &                                      !! mass, not scaled [kg]
     f_temp = 5, &                                      !! temperature [K]
-    f_heat = 6, &                                      !! heat stored for the next conduction step
-                                                       !! [J]
+    f_heat = 6, &                                      !! heat for the next conduction step [J]
     f_jac = 7, &                                       !! volume ratio J [-]
     f_vel = 8, &                                       !! velocity [m/s]
     f_tau = 11, &                                      !! Kirchhoff stress [Pa]
-    f_bbar = 17, &                                     !! isochoric elastic left Cauchy-Green tensor
-                                                       !! [-]
+    f_bbar = 17, &                                     !! isochoric elastic strain tensor b [-]
     f_plastic = 23, &                                  !! equivalent plastic strain [-]
     f_rate = 24, &                                     !! equivalent plastic strain rate [1/s]
     f_flow = 25                                        !! flow stress [Pa]
   integer, parameter, public :: n_conduction = f_jac   !! fields read by conduction
   integer, parameter, public :: n_to_grid = f_tau + 5  !! fields read by the transfer to the grid
-  integer, parameter, public :: n_fields = 25          !! fields without internal variables of a
-                                                       !! flow law
+  integer, parameter, public :: n_fields = 25  !! fields without internal variables of a flow law
 
-  real(rp), parameter, public :: max_volume_ratio = 1.0e6_rp  !! bound of volume ratios, squared
-                                                              !! elastic stretches and their inverse
+  !> Bound of volume ratios, squared elastic stretches and their inverse.
+  real(rp), parameter, public :: max_volume_ratio = 1.0e6_rp
 
   !> A field of the particles: its place, its name in messages and in the layout of a checkpoint.
   type :: field_t
@@ -56,13 +53,14 @@ module particles_store
     integer :: law = 1          !! internal variables of the flow law, n_law
     integer :: n_law = 0
     integer :: rest = 0             !! temperature at falling asleep [K] (sleeping)
-    integer :: coulomb_reserve = 0  !! unused Coulomb friction impulse [N s], or mean Coulomb force
-                                    !! [N] (contact_tool_impulses)
+    !> Unused impulse of Coulomb friction [N s], or mean Coulomb force [N] (contact_tool_impulses).
+    integer :: coulomb_reserve = 0
     integer :: tool_force = 0       !! sustained force of tools [N], 3 (contact_tool_impulses)
     integer :: void = 0             !! empty part of the room around a particle, < 0: packed (metal)
     integer :: surface_offset = 0   !! distance from centre to surface, in half spacings (tools)
-    integer :: tool_heat = 0        !! contact area times time [m2 s] and heat of the face [J] since
-                                    !! the last conduction step, for each tool that absorbs heat
+    !> For each tool that absorbs heat, since the last conduction step: contact area times time [m2
+    !> s] and heat of the face [J].
+    integer :: tool_heat = 0
     type(field_t), allocatable, private :: more(:)   !! these fields, in the order of their places
   contains
     procedure :: add => add_fields, name_of, places
@@ -74,10 +72,10 @@ module particles_store
 
   integer, parameter :: face_shift = 48, rest_shift = 54
   ! Bits of the tag in the first lane of a block, set by the last sort.
-  integer, parameter, public :: border_bit = 56   !! block may reach nodes shared with other ranks
-                                                  !! (run_order)
-  integer, parameter, public :: far_bit = 57      !! no tool reaches the block before the next sort
-                                                  !! (step_schedule)
+  !> Block may reach nodes shared with other ranks (run_order).
+  integer, parameter, public :: border_bit = 56
+  !> No tool reaches the block before the next sort (step_schedule).
+  integer, parameter, public :: far_bit = 57
   !> Bit of a tracer particle (particles_tracers).
   integer, parameter, public :: tracer_bit = 58
 
@@ -88,27 +86,27 @@ module particles_store
     real(rp), pointer, contiguous :: ps(:, :, :) => null()  !! (nlane, nf, capacity)
     real(rp), pointer, contiguous, private :: memory(:) => null()
     integer(i8), allocatable :: tag(:, :)          !! (nlane, capacity) identity and face bits
-    real(rp), allocatable :: motion(:, :, :)       !! (nlane, 3, nblk) grid velocities of the
-                                                   !! particles, while needed for output [m/s]
+    !> Grid velocities of the particles, while needed for output [m/s], (nlane, 3, nblk).
+    real(rp), allocatable :: motion(:, :, :)
     integer, allocatable :: count(:)               !! particles in each block
     integer, allocatable :: body(:)                !! body of each block
     ! Roles, order and bounds of the blocks:
     integer :: n_awake = -1                    !! the first blocks are awake; -1: not sorted yet
-    integer :: n_mapped = 0                    !! the first blocks contribute mass and force: awake
-                                               !! and held layer
+    integer :: n_mapped = 0  !! the first blocks, awake and held layer, contribute mass and force
     integer :: n_border = 0                    !! awake blocks that may reach shared nodes
-    integer, allocatable :: turn(:)            !! (n_awake) order of the transfer to the grid:
-                                               !! border blocks first
+    !> Order of the transfer to the grid, border blocks first, (n_awake).
+    integer, allocatable :: turn(:)
     integer :: n_far = 0                       !! blocks that no tool reaches before the next sort
-    integer, allocatable :: order(:)           !! (n_awake) order of the transfer to the particles:
-                                               !! far blocks first
-    real(rp), allocatable :: clearance(:, :)   !! (tools, n_awake) distance of the nearest particle
-                                               !! of a block from each tool, at the last sort [m]
-    real(rp), allocatable :: ball(:, :)        !! (4, nblk) centre and radius of the bounding ball
-                                               !! at the last sort [m]; for body contact and heat
-                                               !! sources
-    real(rp) :: warming = 0.0_rp               !! largest temperature rise of a particle by the heat
-                                               !! stored for the next conduction step [K]
+    !> Order of the transfer to the particles, far blocks first, (n_awake).
+    integer, allocatable :: order(:)
+    !> Distance of the nearest particle of a block from each tool, at the last sort [m], (tools,
+    !> n_awake).
+    real(rp), allocatable :: clearance(:, :)
+    !> Centre and radius of the bounding ball at the last sort, for body contact and heat sources
+    !> [m], (4, nblk).
+    real(rp), allocatable :: ball(:, :)
+    !> Largest rise of the temperature of a particle by its waiting heat [K].
+    real(rp) :: warming = 0.0_rp
     integer(i8) :: n_awake_particle_steps = 0  !! awake particles summed over the steps of this run
   contains
     procedure :: init, free, reserve, fit, change_fields, fetch, remove, velocity, total, extent

@@ -12,8 +12,8 @@ module particles_tracers
 
   public :: tracers_t
 
-  integer, parameter, public :: n_seen = 7  !! rows collected for each tracer: position,
-                                            !! temperature, plastic strain, body, presence
+  !> Numbers of a tracer in a row: position, temperature, plastic strain, body, presence.
+  integer, parameter, public :: n_seen = 7
 
   !> Requested positions, in groups, and the particles that represent them.
   type :: tracers_t
@@ -22,8 +22,8 @@ module particles_tracers
     real(rp), allocatable :: interval(:)       !! time between rows of each group [s]
     integer, allocatable :: group(:)           !! group of each position
     real(rp), allocatable :: place(:, :)       !! (3, n) requested positions [m]
-    integer(i8), allocatable :: id(:)          !! particle of each position; 0: already used by
-                                               !! another position of the group
+    !> Particle of each position; 0 if another position of the group has it.
+    integer(i8), allocatable :: id(:)
     real(rp), allocatable :: next(:)           !! time of the next rows of each group [s]
     real(rp), allocatable :: row_time(:)       !! time of the last rows of each group [s]
     integer(i8) :: rows = 0                    !! rows written so far

@@ -30,10 +30,10 @@ module physics_annealing
     type(arrhenius_t) :: mobility      !! C0 [m4/(J s)]
     real(rp) :: recovery_exponent = 2.0_rp, growth_exponent = 2.0_rp
     real(rp) :: threshold = huge(1.0_rp)  !! density above which nuclei grow [1/m2]
-    real(rp) :: spacing = 1.0_rp          !! D, distance of nuclei and final grain size after
-                                          !! recrystallisation [m]
-    real(rp) :: strain = huge(1.0_rp)     !! strain over which deformation removes the
-                                          !! recrystallised fraction X [-]
+    !> D, distance of nuclei and final grain size after recrystallisation [m].
+    real(rp) :: spacing = 1.0_rp
+    !> Strain over which deformation removes the recrystallised fraction X [-].
+    real(rp) :: strain = huge(1.0_rp)
   contains
     procedure, nopass :: add_keys
     procedure :: read_keys, is_active
@@ -41,8 +41,8 @@ module physics_annealing
 
   real(rp), parameter :: gas_constant = 8.314462618_rp      !! [J/(mol K)]
   real(rp), parameter :: nucleus_radius = 0.1_rp            !! initial radius of a nucleus over D/2
-  real(rp), parameter :: min_deformed_fraction = 1.0e-3_rp  !! deformed fraction below which
-                                                            !! recrystallisation is complete
+  !> Deformed fraction below which recrystallisation is complete.
+  real(rp), parameter :: min_deformed_fraction = 1.0e-3_rp
 
 contains
 

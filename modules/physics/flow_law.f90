@@ -13,13 +13,11 @@ module physics_flow_law
 
   public :: flow_law_t, law_output_t, softening_from
 
-  integer, parameter, public :: n_work = 9                    !! reals that a law may precompute per
-                                                              !! particle
+  integer, parameter, public :: n_work = 9  !! reals that a law may precompute per particle
   integer, parameter, public :: max_warnings = 8              !! kinds of warnings of a law
   integer, parameter, public :: max_points = 64               !! points of a table in one variable
-  real(rp), parameter, public :: default_min_rate = 1.0e-6_rp  !! smallest plastic strain rate of
-                                                               !! the flow law, at which yield is
-                                                               !! tested [1/s]
+  !> Smallest plastic strain rate, at which yield is tested [1/s].
+  real(rp), parameter, public :: default_min_rate = 1.0e-6_rp
 
   !> A quantity of the particle state that a law outputs.
   type :: law_output_t
@@ -35,8 +33,8 @@ module physics_flow_law
     logical :: anneals = .false.  !! the state changes with time, not only with strain
     !> Temperatures between which `strength_factor` decreases from 1 to 0 [K].
     real(rp) :: softens_at = huge(1.0_rp), melts_at = huge(1.0_rp)
-    real(rp) :: min_rate = default_min_rate   !! smallest plastic strain rate of flow, at which
-                                              !! yield is tested [1/s]
+    !> Smallest plastic strain rate, at which yield is tested [1/s].
+    real(rp) :: min_rate = default_min_rate
   contains
     procedure, nopass :: add_keys
     procedure :: read_keys
@@ -98,8 +96,7 @@ contains
     class(flow_law_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
-    real(rp), intent(in) :: calibrated                !! highest calibrated temperature; 0: no
-                                                      !! calibration range [K]
+    real(rp), intent(in) :: calibrated  !! highest temperature of the calibration [K]; 0: none
     logical :: is_given
 
     is_given = input%given('MATERIAL', i, 'T_MELT')

@@ -17,8 +17,8 @@ module physics_law_johnson_cook
   type, abstract, extends(flow_law_t) :: softening_law_t
     real(rp) :: c = 0.0_rp, m = 1.0_rp                    !! C and m [-]
     real(rp) :: rate0 = 1.0_rp                            !! rate0, reference rate [1/s]
-    real(rp) :: t_room = 298.0_rp, t_melt = huge(1.0_rp)  !! temperatures of theta = 0 and of theta
-                                                          !! = 1 [K]
+    !> Temperatures of theta = 0 and theta = 1 [K].
+    real(rp) :: t_room = 298.0_rp, t_melt = huge(1.0_rp)
   contains
     procedure, non_overridable :: read_softening
     procedure, nopass :: has_own_melting

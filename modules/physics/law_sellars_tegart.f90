@@ -12,8 +12,8 @@ module physics_law_sellars_tegart
   public :: sellars_tegart_t
 
   type, extends(flow_law_t) :: sellars_tegart_t
-    real(rp) :: alpha = 1.0_rp         !! alpha, inverse of the stress where the power law breaks
-                                       !! down [1/Pa]
+    !> alpha, inverse of the stress where the power law breaks down [1/Pa].
+    real(rp) :: alpha = 1.0_rp
     real(rp) :: n = 1.0_rp
     real(rp) :: log_a = 0.0_rp         !! ln A, with A in 1/s
     real(rp) :: q = 0.0_rp             !! Q, activation energy [J/mol]

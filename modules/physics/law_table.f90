@@ -14,11 +14,10 @@ module physics_law_table
   public :: flow_table_t
 
   type, extends(flow_law_t) :: flow_table_t
-    real(rp), allocatable :: strain(:), log_rate(:), temp(:)  !! increasing values of plastic strain
-                                                              !! [-], ln(rate) [ln 1/s], temperature
-                                                              !! [K]
-    real(rp), allocatable :: sigma(:, :, :)                   !! flow stress at (strain, rate,
-                                                              !! temperature) [Pa]
+    real(rp), allocatable :: strain(:)     !! increasing plastic strains [-]
+    real(rp), allocatable :: log_rate(:)   !! increasing logarithms of the rate [ln 1/s]
+    real(rp), allocatable :: temp(:)       !! increasing temperatures [K]
+    real(rp), allocatable :: sigma(:, :, :)  !! flow stress at (strain, rate, temperature) [Pa]
   contains
     procedure, nopass :: add_keys
     procedure :: read_keys, prepare, stress

@@ -24,18 +24,16 @@ module physics_law_two_phase
     real(rp) :: alpha = 0.25_rp
     real(rp) :: shear = 0.0_rp          !! G, shear modulus [Pa]
     real(rp) :: burgers = 0.0_rp        !! b, Burgers vector [m]
-    real(rp) :: beta = 0.0_rp           !! beta*, fraction of the dislocations of cells that move
-                                        !! into walls [-]
+    !> beta*, fraction of the dislocations of cells that move into walls [-].
+    real(rp) :: beta = 0.0_rp
     real(rp) :: k0 = 0.0_rp
-    real(rp) :: a = 1.0_rp, b = 1.0_rp                        !! A, B of the rate exponents T/A, T/B
-                                                              !! [K]
+    real(rp) :: a = 1.0_rp, b = 1.0_rp  !! A, B of the rate exponents T/A, T/B [K]
     real(rp) :: rate0 = 1.0e3_rp                              !! gdot_0, reference shear rate [1/s]
     real(rp) :: size = 1.0_rp                                 !! K of the grain size [-]
-    real(rp) :: f0 = 0.25_rp, f_end = 0.06_rp, gamma = 3.2_rp  !! f_0, f_end and gamma of eq. 6.11
-                                                               !! [-]
+    !> f_0, f_end and gamma of eq. 6.11 [-].
+    real(rp) :: f0 = 0.25_rp, f_end = 0.06_rp, gamma = 3.2_rp
     real(rp) :: walls = 0.0_rp, interior = 0.0_rp             !! initial rho_w, rho_c [1/m2]
-    real(rp) :: calibrated(2) = [0.0_rp, huge(1.0_rp)]        !! calibration range of temperatures
-                                                              !! [K]
+    real(rp) :: calibrated(2) = [0.0_rp, huge(1.0_rp)]  !! calibration range of temperatures [K]
     type(alpha_star_t) :: alpha_star
     type(annealing_t) :: annealing
   contains

@@ -30,15 +30,14 @@ module physics_law_two_phase_block
 
   real(rp), parameter, public :: min_density = 1.0_rp    !! smallest density [1/m2]
   real(rp), parameter :: max_substep = 5.0e-3_rp         !! largest substep of plastic strain
-  real(rp), parameter :: max_strain = 0.5_rp             !! plastic increment above which the state
-                                                         !! changes no further [-]
-  real(rp), parameter :: max_exponent = 80.0_rp          !! largest exponent of k/k0, far from
-                                                         !! overflow
+  !> Plastic increment above which the state changes no further [-].
+  real(rp), parameter :: max_strain = 0.5_rp
+  real(rp), parameter :: max_exponent = 80.0_rp  !! largest exponent of k/k0, far from overflow
   real(rp), parameter :: max_decay = 1.0_rp              !! largest k dgamma of a substep
-  real(rp), parameter :: decay_strain = 60.0_rp          !! k gamma after which the initial
-                                                         !! densities have decayed, by exp(-30)
-  real(rp), parameter :: negligible_strain = 1.0e-11_rp  !! strain that changes no density by 1e-5
-                                                         !! of its value
+  !> k gamma from which on the initial densities have decayed by exp(-30).
+  real(rp), parameter :: decay_strain = 60.0_rp
+  !> Strain that changes no density by 1e-5 of its value.
+  real(rp), parameter :: negligible_strain = 1.0e-11_rp
   real(rp), parameter :: third = 1.0_rp/3.0_rp
 
   !> alpha*(T): linear between points, constant outside; or a/(T + b) + c between two temperatures

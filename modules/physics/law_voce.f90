@@ -21,8 +21,7 @@ module physics_law_voce
   type, extends(softening_law_t) :: voce_t
     real(rp) :: initial = 0.0_rp, saturation = 0.0_rp         !! s_0 and s_s [Pa]
     real(rp) :: strain = 1.0_rp                               !! e_0 [-]
-    real(rp) :: steady = 0.0_rp                               !! s_d [Pa]; s_s or more: no
-                                                              !! recrystallisation
+    real(rp) :: steady = 0.0_rp  !! s_d [Pa]; s_s or more: no recrystallisation
     real(rp) :: critical = 0.0_rp, width = 1.0_rp, n = 2.0_rp  !! e_c, e_d and n [-]
   contains
     procedure, nopass :: add_keys

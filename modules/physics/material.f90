@@ -14,8 +14,8 @@ module physics_material
   type :: heat_table_t
     real(rp), allocatable :: t(:)         !! increasing temperatures [K]
     real(rp), allocatable :: y(:)         !! values of the property, above 0
-    real(rp), allocatable :: slope(:)     !! slopes above each temperature, 0 above the last [unit
-                                          !! of the property/K]
+    !> Slopes above each temperature, 0 above the last [unit of the property/K].
+    real(rp), allocatable :: slope(:)
     real(rp), allocatable :: area(:)      !! integral of the property from 0 K to each temperature
   contains
     procedure :: init, at, integral, rise
@@ -31,17 +31,16 @@ module physics_material
     real(rp) :: expansion = 0.0_rp              !! linear thermal expansion [1/K]
     real(rp) :: t_ref = 298.0_rp                !! temperature without thermal strain [K]
     real(rp) :: c_p = 400.0_rp                  !! specific heat if there is no table [J/(kg K)]
-    logical :: has_heat_capacity = .false.      !! c_p was given; otherwise it only scales rounding
-                                                !! errors
+    !> c_p was given; otherwise it only scales rounding errors.
+    logical :: has_heat_capacity = .false.
     real(rp) :: t_melt = huge(1.0_rp)           !! melting temperature; huge: not given [K]
     real(rp) :: conductivity = 0.0_rp           !! conductivity if there is no table [W/(m K)]
-    type(heat_table_t), allocatable :: c_table  !! specific heat [J/(kg K)]; its integral is the
-                                                !! enthalpy
+    !> Specific heat [J/(kg K)]; its integral is the enthalpy.
+    type(heat_table_t), allocatable :: c_table
     type(heat_table_t), allocatable :: k_table  !! conductivity [W/(m K)]
     real(rp) :: plastic_heat = 0.9_rp           !! fraction of plastic work that becomes heat
     class(flow_law_t), allocatable :: flow      !! flow law; unallocated: elastic only
-    integer :: warning(max_warnings) = 0        !! indices of the warnings of the flow law in the
-                                                !! scene
+    integer :: warning(max_warnings) = 0  !! indices of the warnings of the flow law in the scene
   contains
     procedure :: set_elastic, scale_moduli, poisson, young, lambda, wave_speed, elastic_energy
     procedure :: change_volume, anneals, conducts, conductivity_at, effusivity, heat_content
@@ -189,8 +188,8 @@ contains
   !> of the specific heat with temperature.
   pure subroutine apply_heat(self, c, before, temp)
     class(material_t), intent(in) :: self
-    real(rp), intent(in) :: c(nlane), before(nlane)   !! specific heat [J/(kg K)], temperature
-                                                      !! before [K]
+    !> Specific heat [J/(kg K)] and temperature before [K].
+    real(rp), intent(in) :: c(nlane), before(nlane)
     real(rp), intent(inout) :: temp(nlane)            !! temperatures [K]
 
     if (.not. allocated(self%c_table)) return

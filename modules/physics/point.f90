@@ -10,8 +10,8 @@ module physics_point
 
   public :: point_t
 
-  real(rp), parameter :: rest_rate = 1.0e-12_rp  !! strain rate at which the flow stress of a point
-                                                 !! at rest is evaluated [1/s]
+  !> Strain rate at which the flow stress of a point at rest is evaluated [1/s].
+  real(rp), parameter :: rest_rate = 1.0e-12_rp
 
   type :: point_t
     real(rp) :: alpha = 0.0_rp           !! plastic strain
@@ -44,8 +44,9 @@ contains
   subroutine strain_to(self, material, x, rate, temp)
     class(point_t), intent(inout) :: self
     type(material_t), intent(in) :: material
-    real(rp), intent(in) :: x, rate, temp         !! plastic strain increment [-], plastic strain
-                                                  !! rate [1/s], temperature [K]
+    real(rp), intent(in) :: x      !! plastic strain increment [-]
+    real(rp), intent(in) :: rate   !! plastic strain rate [1/s]
+    real(rp), intent(in) :: temp   !! temperature [K]
     real(rp) :: work(nlane, n_work), lanes(nlane), log_rate(nlane)
     real(rp) :: state(nlane, material%flow%n_state)
 

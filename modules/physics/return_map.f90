@@ -10,8 +10,7 @@ module physics_return_map
 
   public :: default_min_rate, return_map
 
-  real(rp), parameter :: tolerance = 1.0e-6_rp            !! residual over q before the last
-                                                          !! correction
+  real(rp), parameter :: tolerance = 1.0e-6_rp  !! residual over q before the last correction
   integer, parameter :: max_iterations = 60, quick_iterations = 4
 
 contains

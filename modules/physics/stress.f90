@@ -17,8 +17,8 @@ module physics_stress
     real(rp) :: stress_work = 0.0_rp       !! work of the mean stress of the step [J]
     real(rp) :: stiffness = 0.0_rp         !! largest squared wave speed [m2/s2]
     integer :: failed = 0                  !! return mappings that did not converge
-    integer :: warnings(max_warnings) = 0  !! particles outside the validity range of their law, by
-                                           !! kind
+    !> Particles outside the validity range of their law, by kind.
+    integer :: warnings(max_warnings) = 0
     integer :: lane(max_warnings) = 0      !! first particle of each kind
   end type stress_sums_t
 
@@ -145,9 +145,9 @@ contains
   !> of the rate; 0 for an elastic material.
   subroutine compute_flow_strength(material, alpha, temp, rate, n_state, state, strength, slope)
     type(material_t), intent(in) :: material
-    real(rp), intent(in) :: alpha(nlane), temp(nlane), rate(nlane)   !! plastic strain [-],
-                                                                     !! temperature [K], plastic
-                                                                     !! strain rate [1/s]
+    real(rp), intent(in) :: alpha(nlane)   !! plastic strain [-]
+    real(rp), intent(in) :: temp(nlane)    !! temperature [K]
+    real(rp), intent(in) :: rate(nlane)    !! plastic strain rate [1/s]
     integer, intent(in) :: n_state
     real(rp), intent(in) :: state(nlane, n_state)
     real(rp), intent(out) :: strength(nlane), slope(nlane)
@@ -175,8 +175,8 @@ contains
   !> half-way to the flow stress of the last step, which is exact to second order.
   pure subroutine return_modulus(g, s, q, flow, dd, det, g3)
     real(rp), intent(in) :: g
-    real(rp), intent(in) :: s(nlane, 6), q(nlane), flow(nlane)   !! trial deviator and stress, flow
-                                                                 !! stress of the last step [Pa]
+    real(rp), intent(in) :: s(nlane, 6), q(nlane)   !! trial deviator and trial stress [Pa]
+    real(rp), intent(in) :: flow(nlane)             !! flow stress of the last step [Pa]
     !> Half of the double contraction of D with itself and determinant of D, of the trial state.
     real(rp), dimension(nlane), intent(out) :: dd, det
     real(rp), intent(out) :: g3(nlane)                           !! [Pa]

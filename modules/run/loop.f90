@@ -220,8 +220,8 @@ contains
   !> remaining time evenly: strain rates of a step much shorter than its predecessor are inaccurate.
   pure real(rp) function next_step(sim) result(dt)
     type(simulation_t), intent(in) :: sim
-    real(rp), parameter :: n_final_steps = 20.0_rp          !! steps over which the remaining time
-                                                            !! is divided evenly
+    !> Steps over which the remaining time is divided evenly.
+    real(rp), parameter :: n_final_steps = 20.0_rp
     real(rp), parameter :: rounding = 1.0e-9_rp
 
     dt = stable_step(sim%scene, sim%clock)

@@ -17,13 +17,13 @@ module run_mass_scaling
 
   public :: adapt_mass
 
-  real(rp), parameter :: peak_decay = 0.95_rp      !! factor by which the recorded largest ratio
-                                                   !! decays from sort to sort
-  real(rp), parameter :: max_growth = 1.25_rp      !! largest growth of the factor at a sort, and
-                                                   !! smallest worth applying
+  !> Decay of the recorded largest ratio from sort to sort.
+  real(rp), parameter :: peak_decay = 0.95_rp
+  !> Largest growth of the factor at a sort, and smallest that is worth it.
+  real(rp), parameter :: max_growth = 1.25_rp
   real(rp), parameter :: min_remaining = 0.1_rp    !! smallest fraction of the factor kept at a sort
-  real(rp), parameter :: target_fraction = 0.9_rp  !! target over the allowed ratio, which may rise
-                                                   !! before the next sort
+  !> Target over the allowed ratio, since the ratio may rise before the next sort.
+  real(rp), parameter :: target_fraction = 0.9_rp
 
 contains
 

@@ -104,8 +104,8 @@ contains
   pure subroutine cut_cell(list, box, volume, face, body)
     type(solids_t), intent(in) :: list(:)
     real(rp), intent(in) :: box(3, 2)          !! corners of the cell [m]
-    real(rp), intent(out) :: volume, face(6)   !! fractions of the volume and of the six faces in
-                                               !! the solid
+    !> Fractions of volume and of the six faces in the solid.
+    real(rp), intent(out) :: volume, face(6)
     integer, intent(out) :: body               !! body that the cell belongs to; 0: none
     real(rp), parameter :: at(4) = [inside, 0.25_rp, 0.75_rp, 1.0_rp - inside]
     real(rp) :: s(3)

@@ -273,8 +273,8 @@ contains
   !> Distribute the forces of &LOAD groups over the masses of their bodies.
   subroutine load_bodies(input, shares, scene)
     type(input_t), intent(in) :: input
-    real(rp), intent(in) :: shares(:)        !! volume of each body over that of a particle, from
-                                             !! `count_particles`
+    !> Volume of each body over that of a particle, from `count_particles`.
+    real(rp), intent(in) :: shares(:)
     type(scene_t), intent(inout) :: scene
     real(rp) :: mass
     type(load_t) :: load

@@ -21,8 +21,9 @@ module setup_lattice
     real(rp) :: spacing(3) = 0.0_rp, origin(3) = 0.0_rp
     integer :: n(3) = 0, axis = 3
     real(rp) :: centre(3) = 0.0_rp, radius = 0.0_rp
-    type(grading_t) :: grading(3)   !! grading of the axes; along graded axes rows are `layer` apart
-                                    !! from `bottom` on, in grid coordinates [cells]
+    !> Grading of the axes. Along a graded axis rows are `layer` apart, from `bottom` on, in grid
+    !> coordinates [cells].
+    type(grading_t) :: grading(3)
     real(rp) :: layer(3) = 0.0_rp, bottom(3) = 0.0_rp
   contains
     procedure :: edges, is_straight, on_ring, pitch, point, share

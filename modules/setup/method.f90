@@ -26,8 +26,8 @@ module setup_method
   !> elastic strains.
   real(rp), parameter :: small_strain = 0.02_rp, large_strain = 0.05_rp
   real(rp), parameter :: cubic = 1.0_rp + 1.0e-6_rp   !! largest edge ratio of a cube
-  real(rp), parameter :: max_growth = 1.3_rp + 1.0e-6_rp   !! largest ratio of neighbouring cells
-                                                           !! with selective scaling
+  !> Largest ratio of neighbouring cells with selective scaling.
+  real(rp), parameter :: max_growth = 1.3_rp + 1.0e-6_rp
 
 contains
 

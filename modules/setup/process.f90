@@ -41,8 +41,7 @@ module setup_process
     real(rp) :: edge = undefined  !! least distance of the tool rim to a plate edge [m]
     real(rp) :: side = undefined   !! least distance of the tool to a grid side or wall [m]
     real(rp) :: off_plate = 0.0_rp                !! path length beside the plate after contact [m]
-    real(rp) :: off_plate_from = undefined              !! time at which the tool leaves the plate
-                                                        !! [s]
+    real(rp) :: off_plate_from = undefined  !! time at which the tool leaves the plate [s]
   end type phase_survey_t
 
   !> Survey of all phases of a tool.

@@ -71,9 +71,10 @@ contains
   subroutine grade_axis(input, a, upper, fine, growth, largest, grid)
     type(input_t), intent(in) :: input
     integer, intent(in) :: a
-    real(rp), intent(in) :: upper(3), fine(2), growth, largest   !! upper corner [m], range [m],
-                                                                 !! growth factor [-], largest cell
-                                                                 !! [m]
+    real(rp), intent(in) :: upper(3)   !! upper corner [m]
+    real(rp), intent(in) :: fine(2)    !! range of the fine cells [m]
+    real(rp), intent(in) :: growth     !! ratio of neighbouring cells [-]
+    real(rp), intent(in) :: largest    !! largest cell [m]
     type(grid_t), intent(inout) :: grid
     real(rp) :: cells, ends(2), h
     type(grading_t) :: grading

@@ -18,12 +18,12 @@ module setup_volumes
   public :: check_memory, check_volumes, filled_share, measure_volumes, report_volumes, volumes_t
 
   ! Lower bounds of measured values (docs/speed.md), so that a scene that fits is never rejected.
-  real(rp), parameter :: per_field = 12.0_rp    !! lower bound per particle and field, with reserve
-                                                !! [bytes]
+  !> Lower bound per particle and field, with reserve [bytes].
+  real(rp), parameter :: per_field = 12.0_rp
   real(rp), parameter :: per_node = 64.0_rp       !! lower bound per grid node [bytes]
   real(rp), parameter :: per_cell = 100.0_rp      !! lower bound per cell of a heat-only run [bytes]
-  real(rp), parameter :: max_lattice_points = 4.0e9_rp  !! largest number of lattice points per
-                                                        !! rank, as more take minutes to fill
+  !> Largest number of lattice points of a rank; more take minutes to fill.
+  real(rp), parameter :: max_lattice_points = 4.0e9_rp
 
   !> Volume that each shape of a body adds (positive) or removes (negative).
   type :: volumes_t
@@ -32,11 +32,11 @@ module setup_volumes
     real(rp), allocatable :: filled(:)                      !! volume of the particles [m3]
   end type volumes_t
 
-  real(rp), parameter :: max_error = 0.02_rp               !! largest relative error of the volume
-                                                           !! without a warning
+  !> Largest relative error of the volume without a warning.
+  real(rp), parameter :: max_error = 0.02_rp
   integer, parameter :: max_level = 7   !! subdivisions of the box around a shape for its volume
-  integer, parameter :: cut_level = 3   !! subdivisions that only follow cells cut by the surface of
-                                        !! the shape
+  !> Subdivisions in which only cells cut by the surface are divided.
+  integer, parameter :: cut_level = 3
   real(rp), parameter :: inset = 1.0e-6_rp  !! inset of sampled corners of a cell, over its edge
 
 contains

@@ -16,8 +16,8 @@ module simulation_node_pairs
   integer, parameter, public :: s_gradient = 1, s_moment = 7, n_sums_gradient = 6, n_sums_all = 20
   ! Values of an entry that are kept between steps: identifier, normal, surfaces, path.
   integer, parameter, public :: n_kept = 7
-  real(rp), parameter, public :: min_weight = 1.0e-6_rp   !! smallest weight of a particle that
-                                                          !! counts for the gap
+  !> Smallest weight of a particle that counts for the gap.
+  real(rp), parameter, public :: min_weight = 1.0e-6_rp
   ! Number of trial normals; the last one is a mean over the surrounding nodes.
   integer, parameter, public :: n_trials = 5
   ! A bundle: particles of a body with the same 27 nodes, and the data for their surface and the
@@ -37,19 +37,18 @@ module simulation_node_pairs
   type :: near_t
     integer :: n_corners = 0
     integer, allocatable :: corner(:)          !! (n_corners) node index of each corner
-    integer, allocatable :: bin(:, :)          !! (nn, bodies) last bundle at a corner; 0: none; -1:
-                                               !! not a corner
+    !> Last bundle at a corner; 0: none; -1: not a corner, (nn, bodies).
+    integer, allocatable :: bin(:, :)
     integer :: n_bundles = 0
-    integer, allocatable :: before(:)                         !! previous bundle of the same bin; 0:
-                                                              !! none
+    integer, allocatable :: before(:)  !! previous bundle of the same bin; 0: none
     integer, allocatable :: filled(:)                         !! particles in each bundle
     integer, allocatable :: body(:)                           !! body of each bundle
-    real(rp), pointer, contiguous :: bundle(:, :, :) => null()  !! (bundle_lanes, n_bundle,
-                                                                !! n_bundles or more)
+    !> (bundle_lanes, n_bundle, n_bundles or more).
+    real(rp), pointer, contiguous :: bundle(:, :, :) => null()
     real(rp), pointer, contiguous, private :: memory(:) => null()
-    real(rp), allocatable :: box(:, :)   !! (n_box, n_bundles or more) lower and upper corner of the
-                                         !! box around the particle centres of a bundle, upper
-                                         !! bound of half their lengths [m]
+    !> Lower and upper corner of the box around the centres of the particles of a bundle, upper
+    !> bound of half their lengths [m], (n_box, n_bundles or more).
+    real(rp), allocatable :: box(:, :)
     real(rp), allocatable :: heat(:, :)  !! (nn, groups) friction heat over mass [J/kg]
     logical, allocatable :: is_hot(:)    !! (nn) corners of nodes that receive heat
     integer :: n_items = 0               !! bundles with weight at entries, a list for each entry
@@ -66,36 +65,35 @@ module simulation_node_pairs
     integer, allocatable :: node(:), pair(:)   !! (n) node and contact of each entry
     logical, allocatable :: is_owned(:)        !! this rank records the entry
     real(rp), allocatable :: lightest(:)       !! (groups) mass of the lightest particle [kg]
-    real(rp), allocatable :: start(:, :)       !! (6, bodies) stretches b at which the particles
-                                               !! have their initial edges
-    logical, allocatable :: may_touch(:)       !! the bodies of the entry have a &CONTACT and may
-                                               !! have a finite gap
+    !> Stretches b at which the particles have their initial edges, (6, bodies).
+    real(rp), allocatable :: start(:, :)
+    !> The bodies of the entry have a &CONTACT and may have a finite gap.
+    logical, allocatable :: may_touch(:)
     logical, allocatable :: is_shared(:)       !! other ranks or images contribute particles
     integer, allocatable :: state(:)           !! is_apart, is_sliding or is_stuck, see tools_pair
     real(rp), allocatable :: x(:, :)           !! (3, n) position of the node [m]
     real(rp), allocatable :: free(:, :)        !! (3, n) 1, or 0 where a wall holds the node
     real(rp), allocatable :: sums(:, :)        !! (n_sums_gradient or n_sums_all, n)
     real(rp), allocatable :: trial(:, :, :)    !! (3, n_trials - 1, n) trial normals
-    real(rp), allocatable :: mean(:, :)        !! (3, n) last trial normal, a mean over the
-                                               !! surrounding nodes
-    real(rp), allocatable :: surface(:, :, :)  !! (2, n_trials, n) positions of both surfaces along
-                                               !! the trial normals [m]
+    !> Last trial normal, a mean over the surrounding nodes, (3, n).
+    real(rp), allocatable :: mean(:, :)
+    !> Positions of both surfaces along the trial normals [m], (2, n_trials, n).
+    real(rp), allocatable :: surface(:, :, :)
     real(rp), allocatable :: normal(:, :)      !! (3, n) chosen normal, out of the first body
-    real(rp), allocatable :: ends(:, :)        !! (2, n) positions of both surfaces: of the first
-                                               !! body along the normal, of the second against it
-                                               !! [m]
+    !> Positions of both surfaces [m], of the first body along the normal, of the second against it,
+    !> (2, n).
+    real(rp), allocatable :: ends(:, :)
     real(rp), allocatable :: gap(:)            !! gap [m]
-    integer, allocatable :: item(:, :)         !! (3, n) the items of the first body lie behind the
-                                               !! first of these indices, those of the second body
-                                               !! behind the second index
+    !> Items of the first body lie behind the first of these indices and those of the second behind
+    !> the second, (3, n).
+    integer, allocatable :: item(:, :)
     integer, allocatable :: outermost(:, :)    !! (2, n) items with the outermost particles
     real(rp), allocatable :: heat(:, :)        !! (2, n) friction heat over mass of both [J/kg]
     logical, allocatable :: is_due(:)          !! the normal is found in this step
-    real(rp), allocatable :: way(:)            !! (n) path of the bodies since the normal was found
-                                               !! [m]
-    real(rp), allocatable :: kept(:, :)        !! (n_kept, n) entries of the last step with a gap at
-                                               !! nodes of this rank (after `gather_kept` at nodes
-                                               !! of all ranks), in the order of their identifiers
+    real(rp), allocatable :: way(:)  !! (n) path of the bodies since the normal was found [m]
+    !> Entries of the last step with a gap at nodes of this rank, in the order of their identifiers;
+    !> after `gather_kept` at nodes of all ranks, (n_kept, n).
+    real(rp), allocatable :: kept(:, :)
     type(near_t) :: near
   contains
     procedure :: reset, reserve, place, gather_kept

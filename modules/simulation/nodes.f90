@@ -34,19 +34,20 @@ module simulation_nodes
     type(halo_t) :: resting_halo  !! exchange of the nodes of all particles, if some sleep
     integer :: n_groups = 1
     real(rp), pointer, contiguous :: g(:, :, :) => null()     !! (8, nn, n_groups)
-    real(rp), pointer, contiguous :: g2(:, :, :) => null()    !! second grid: MUSL and USAVG,
-                                                              !! conduction, output velocities
+    !> Second grid: MUSL and USAVG, conduction, output velocities.
+    real(rp), pointer, contiguous :: g2(:, :, :) => null()
     real(rp), pointer, contiguous :: increment(:, :, :) => null()  !! third grid: XPIC, FMPM
     real(rp), pointer, contiguous, dimension(:), private :: &
       memory => null(), memory2 => null(), memory3 => null(), rec_memory => null()
-    real(rp), allocatable :: volume(:, :)    !! (2 bodies, nn) mass, and mass times J, of the cell
-                                             !! above a node
-    real(rp), allocatable :: light(:, :, :)  !! (5, nn, n_groups) velocity of a light node in the
-                                             !! last step, additional inertia, `kept` of that step
+    !> Mass, and mass times J, of the cell above a node, (2 bodies, nn).
+    real(rp), allocatable :: volume(:, :)
+    !> Velocity of a light node in the last step, additional inertia, `kept` of that step, (5, nn,
+    !> n_groups).
+    real(rp), allocatable :: light(:, :, :)
     integer, private :: kept = 1             !! number of steps whose light nodes were kept
     integer, private :: n_light_nodes = 0
-    integer, allocatable, private :: light_node(:, :)   !! (2, :) node and group of the light nodes
-                                                        !! of this step
+    !> Node and group of the light nodes of this step, (2, :).
+    integer, allocatable, private :: light_node(:, :)
     real(rp), allocatable :: light_kept(:, :)    !! velocities of all ranks, in a checkpoint
     integer :: n_ranges = 0                  !! runs of consecutive nodes in use
     integer, allocatable :: range(:, :)      !! (3, n) first node, last node, 1 if owned
@@ -62,13 +63,14 @@ module simulation_nodes
   public :: append, clear_nodes, full_mass, min_node_inertia, update_nodes
   public :: forget_light, gather_light, keep_light, momentum_of_light, place_light, recall_light
 
-  real(rp), parameter, public :: min_node_mass = 1.0e-30_rp  !! mass below which a node is empty
-                                                             !! [kg]
+  !> Mass below which a node is empty [kg].
+  real(rp), parameter, public :: min_node_mass = 1.0e-30_rp
   !> Smallest nodal inertia over the mass of a full cell, with selective mass scaling: the largest
   !> eigenvalues of K against M belong to light nodes at free surfaces.
   real(rp), parameter :: min_mass_fraction = 0.25_rp
-  integer, parameter, public :: n_light = 10  !! numbers of a node in a checkpoint: group, indices,
-                                              !! velocity, inertia, rank, 1 if that owns it
+  !> Numbers of a node in a checkpoint: group, indices, velocity, inertia, rank, 1 if that rank owns
+  !> it.
+  integer, parameter, public :: n_light = 10
 
 contains
 

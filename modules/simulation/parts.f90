@@ -29,8 +29,8 @@ module simulation_parts
   type :: column_t
     integer :: node(3) = 0                   !! storage indices; 0: not stored on this rank
     real(rp) :: weight(3) = 0.0_rp           !! weights of the nodal velocities at the face
-    real(rp) :: tail(3) = 0.0_rp             !! mass of a node at a body that ends at the face, over
-                                             !! that of a node inside
+    !> Mass of a node at a body that ends at the face, over that of a node inside.
+    real(rp) :: tail(3) = 0.0_rp
     integer :: clamp = 0
     integer :: axis = 0                      !! normal to the face
     logical :: is_owned(3) = .false.
@@ -42,37 +42,34 @@ module simulation_parts
   type :: column_nodes_t
     integer, allocatable :: node(:)
     logical, allocatable :: is_known(:)  !! this rank stores the whole column of each node
-    logical :: is_cut = .false.          !! some rank does not store the whole columns of all its
-                                         !! nodes
+    logical :: is_cut = .false.  !! some rank does not store the whole columns of all its nodes
   end type column_nodes_t
 
   !> Nodes behind symmetry planes and their mirror nodes (boundary_symmetry).
   type :: mirrors_t
     integer :: n_pairs = 0, n_planes = 0
-    integer :: n_shared_pairs = 0, n_shared_planes = 0  !! leading pairs and planes that involve
-                                                        !! shared nodes
-    integer, allocatable :: pair(:, :)                  !! (3, n_pairs) node behind, node in front,
-                                                        !! plane
+    !> The first of the pairs and planes, which involve shared nodes.
+    integer :: n_shared_pairs = 0, n_shared_planes = 0
+    integer, allocatable :: pair(:, :)  !! (3, n_pairs) node behind, node in front, plane
     integer, allocatable :: plane(:, :)                 !! (2, n_planes) node on a plane, plane
-    real(rp), allocatable :: mass_behind(:, :)          !! (n_pairs, n_groups) this rank's mass or
-                                                        !! capacity behind the plane, before
-                                                        !! reflection
-    real(rp), allocatable :: resting_mass_behind(:)     !! (n_pairs) mass behind the plane of
-                                                        !! particles at rest, if there are any
-    real(rp), allocatable :: lost(:, :)                 !! (8, planes) change of the sum over the
-                                                        !! nodes by reflections
+    !> This rank's mass or capacity behind the plane, before reflection, (n_pairs, n_groups).
+    real(rp), allocatable :: mass_behind(:, :)
+    !> Mass behind the plane of particles at rest, if there are any, (n_pairs).
+    real(rp), allocatable :: resting_mass_behind(:)
+    !> Change of the sum over the nodes by reflections, (8, planes).
+    real(rp), allocatable :: lost(:, :)
   end type mirrors_t
 
   type :: boundary_t
     logical, allocatable :: is_held(:)       !! (nn) nodes held by a clamp or wall, or behind one
     integer :: n_fixed = 0
     integer, allocatable :: fixed(:, :)      !! (3, n) node, clamp, 1 if owned
-    integer, allocatable :: listed_node(:, :)         !! (3, n) `fixed` with the nodes that are
-                                                      !! released near tools
+    !> `fixed` with the nodes that are released near tools, (3, n).
+    integer, allocatable :: listed_node(:, :)
     integer :: n_columns = 0
     type(column_t), allocatable :: column(:)  !! columns of nodes across the faces of clamps
-    type(column_t), allocatable :: listed_column(:)   !! `column` with the columns that are released
-                                                      !! near tools
+    !> `column` with the columns that are released near tools.
+    type(column_t), allocatable :: listed_column(:)
     type(column_nodes_t) :: along(3)          !! nodes of the columns along each axis
     type(mirrors_t) :: mirrors                !! mirror nodes used in steps
     type(mirrors_t) :: resting_mirrors        !! mirror nodes of all particles, if some sleep
@@ -85,8 +82,7 @@ module simulation_parts
     !> Names and units of the sums of the hook over steps and ranks: columns NAME_column of the
     !> history.
     character(16), allocatable :: column(:), unit(:)
-    integer :: last = 0                      !! index in budget%hooks of the sum before the first
-                                             !! one of this hook
+    integer :: last = 0  !! index in budget%hooks before the first sum of this hook
     real(rp), allocatable :: state(:)        !! further state for checkpoints, equal on all ranks
   contains
     procedure(add_hook_keys), deferred, nopass :: add_keys
@@ -126,8 +122,8 @@ module simulation_parts
     real(rp) :: row_time = 0.0_rp            !! time of the last row [s]
     integer(i8) :: rows = 0                  !! rows written so far
     real(rp), allocatable :: row_sums(:, :)  !! sums of each tool at the last row, of all ranks
-    real(rp), allocatable :: row_gained(:, :)  !! increase of the sums of each tool between the last
-                                               !! two rows
+    !> Increase of the sums of each tool between the last two rows.
+    real(rp), allocatable :: row_gained(:, :)
     real(rp), allocatable :: row_impulse(:, :)   !! impulses of conditions at the last row [N s]
     type(inertia_t) :: row_inertia           !! from row to row
     type(inertia_t) :: sort_inertia          !! from sort to sort, for adaptive mass scaling

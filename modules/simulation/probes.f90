@@ -33,9 +33,10 @@ contains
     real(rp), intent(in) :: dt                  !! time step [s]
     type(patch_t), intent(in) :: patch
     integer, intent(in) :: n_groups
-    real(rp), intent(in), dimension(8, patch%nn, n_groups) :: g, g_heat   !! nodal velocity and
-                                                                          !! mass, nodal temperature
-                                                                          !! and mass
+    !> Nodal velocity and mass.
+    real(rp), intent(in), dimension(8, patch%nn, n_groups) :: g
+    !> Nodal temperature and mass.
+    real(rp), intent(in), dimension(8, patch%nn, n_groups) :: g_heat
     type(probes_t), intent(inout) :: probes
     integer, intent(in), optional :: held(:)    !! nodes held for sleepers
     real(rp) :: motion(8), s(3), state(8), weight(0:7)

@@ -19,12 +19,10 @@ module simulation_run
     real(rp) :: displacement = 0.0_rp    !! largest particle displacement since the last sort [m]
     real(rp) :: heat_time = 0.0_rp       !! time of the last conduction step [s]
     real(rp) :: heat_step = 0.0_rp       !! next conduction step [s]; 0: none yet
-    real(rp) :: warming = 0.0_rp         !! largest temperature rise of a particle by heat stored
-                                         !! for
-                                         !! the next conduction step, before the last step [K]
+    !> Largest rise of a particle by waiting heat before the last step [K].
+    real(rp) :: warming = 0.0_rp
     real(rp) :: next_frame = 0.0_rp, next_history = 0.0_rp, next_checkpoint = 0.0_rp
-    real(rp) :: max_speed = 0.0_rp      !! largest grid velocity at a particle in the last step
-                                        !! [m/s]
+    real(rp) :: max_speed = 0.0_rp  !! largest grid velocity at a particle in the last step [m/s]
     integer(i8) :: refused = 0          !! steps that were repeated with a smaller dt
     real(rp) :: stiffness = 0.0_rp      !! largest squared wave speed without mass scaling [m2/s2]
     real(rp) :: mass_scaling = 1.0_rp   !! factor on inertia
@@ -116,32 +114,30 @@ module simulation_run
   !> One assignment restores them after a refused step (step_schedule).
   type :: budget_t
     real(rp) :: sums(n_sums) = 0.0_rp             !! of `sum_of`
-    real(rp), allocatable :: impulse(:, :)        !! (3, conditions) impulse of walls and clamps on
-                                                  !! this rank's particles [N s]
+    !> Impulse of walls and clamps on this rank's particles [N s], (3, conditions).
+    real(rp), allocatable :: impulse(:, :)
     real(rp), allocatable :: hooks(:)             !! sums of the hooks (simulation_parts)
     integer :: failed_returns = 0                 !! return mappings that did not converge
-    real(rp), allocatable :: warnings(:)          !! particle-steps outside the validity range of a
-                                                  !! flow law, by warning
-    real(rp), allocatable :: warning_place(:, :)  !! (5, warnings) time [s], temperature [K] and
-                                                  !! position [m] of the first occurrence
+    !> Particle-steps outside the validity range of a flow law, by warning.
+    real(rp), allocatable :: warnings(:)
+    !> Time [s], temperature [K] and position [m] of the first occurrence, (5, warnings).
+    real(rp), allocatable :: warning_place(:, :)
   end type budget_t
 
   !> Load imbalance of the steps of this run: the most loaded rank over the mean.
   type :: balance_t
     real(rp) :: now = 1.0_rp                  !! imbalance until the next sort
-    real(rp) :: worst = 1.0_rp, sum = 0.0_rp  !! largest value over the steps, and sum over the
-                                              !! steps
+    real(rp) :: worst = 1.0_rp                !! largest value over the steps
+    real(rp) :: sum = 0.0_rp                  !! sum over the steps
     integer :: cuts = 0                       !! partitions of the grid, including the first one
-    real(rp) :: waited = 0.0_rp               !! time that this rank waited for the reductions of
-                                              !! the steps [s]
+    real(rp) :: waited = 0.0_rp  !! time that this rank waited for the reductions of the steps [s]
   end type balance_t
 
   !> Blocks updated before all ranks have accepted the step, and the state restored after a refusal
   !> (step_schedule).
   type :: speculation_t
     logical :: is_possible = .false.         !! speculation is possible in this step
-    integer :: n_done = 0                    !! blocks already updated, in the order of
-                                             !! particles%order
+    integer :: n_done = 0  !! blocks already updated, in the order of particles%order
     real(rp), allocatable :: saved(:, :, :)  !! particles of these blocks before the update
     type(budget_t) :: budget                 !! budget before the step
   end type speculation_t
@@ -167,11 +163,10 @@ module simulation_run
     real(rp), allocatable :: record(:, :)   !! (8, nodes) mass, zero momentum, force, heat
     real(rp), allocatable :: volume(:, :)   !! (2 bodies, nodes)
     integer, allocatable :: held(:)         !! nodes to which sleepers of any rank contribute
-    real(rp), allocatable :: mass(:)        !! mass of the sleepers at the held nodes, of all ranks
-                                            !! [kg]
+    real(rp), allocatable :: mass(:)  !! mass of the sleepers at the held nodes, of all ranks [kg]
     logical, allocatable :: is_own(:)       !! held nodes owned by this rank
-    real(rp), allocatable :: impulse(:, :)  !! (3, held) impulse that holds the nodes in this step
-                                            !! [N s]
+    !> Impulse that holds the nodes in this step [N s], (3, held).
+    real(rp), allocatable :: impulse(:, :)
   end type layer_t
 
   !> Motion of the nodes of each cube since the last sleep check (sleep_motion).
@@ -191,8 +186,8 @@ module simulation_run
     logical, allocatable :: near_layer(:, :, :), near_any(:, :, :)
     type(box_t) :: cubes                      !! box of cubes at the last check, indexed from 0
     integer, allocatable :: rest(:, :, :)     !! rest state of the particles of each cube
-    real(rp), allocatable :: far_force(:, :)  !! (3, conditions) force on the sleepers beyond the
-                                              !! held layer [N]
+    !> Force on the sleepers beyond the held layer [N], (3, conditions).
+    real(rp), allocatable :: far_force(:, :)
   end type sleepers_t
 
 end module simulation_run

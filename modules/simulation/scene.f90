@@ -42,26 +42,24 @@ module simulation_scene
   type :: traction_t
     real(rp) :: stress(3, 6) = 0.0_rp  !! tractions on the faces xmin..zmax [Pa]
     real(rp) :: ramp = 0.0_rp          !! time until the traction is fully applied [s]
-    logical :: has_box = .false.       !! the traction acts only on particles that started between
-                                       !! two corners [m]
+    logical :: has_box = .false.  !! it acts only on particles that started between two corners [m]
     real(rp) :: lower(3) = -huge(1.0_rp), upper(3) = huge(1.0_rp)
   end type traction_t
 
-  real(rp), parameter :: stefan_boltzmann = 5.670374419e-8_rp   !! Stefan-Boltzmann constant (CODATA
-                                                                !! 2018) [W/(m2 K4)]
+  !> Stefan-Boltzmann constant [W/(m2 K4)] (CODATA 2018).
+  real(rp), parameter :: stefan_boltzmann = 5.670374419e-8_rp
 
   integer, parameter, public :: of_nothing = 0, of_pressure = 1
   real(rp), parameter :: unit_pressure = 1.0e6_rp   !! reference pressure of the power law [Pa]
 
   type :: film_t
     integer :: of = of_nothing                !! variable that the coefficient depends on
-    real(rp) :: coefficient = 0.0_rp          !! constant part of the heat-transfer coefficient
-                                              !! [W/(m2 K)]
-    real(rp) :: factor = 0.0_rp               !! power law: heat-transfer coefficient added at 1 MPa
-                                              !! [W/(m2 K)]
+    real(rp) :: coefficient = 0.0_rp  !! constant part of the heat-transfer coefficient [W/(m2 K)]
+    !> Heat-transfer coefficient that the power law adds at 1 MPa [W/(m2 K)].
+    real(rp) :: factor = 0.0_rp
     real(rp) :: exponent = 1.0_rp             !! power law: exponent of the pressure
-    real(rp), allocatable :: at(:), there(:)  !! table of pressures [Pa] and heat-transfer
-                                              !! coefficients [W/(m2 K)]
+    real(rp), allocatable :: at(:)            !! pressures of the table [Pa]
+    real(rp), allocatable :: there(:)         !! heat-transfer coefficients there [W/(m2 K)]
     real(rp) :: emissivity = 0.0_rp
     real(rp) :: ambient = 298.0_rp    !! ambient temperature beyond the film [K]
     logical :: has_backing = .false.  !! the film leads to a body with a temperature of its own
@@ -75,10 +73,9 @@ module simulation_scene
     integer :: material = 1
     integer :: group = 1                    !! bodies of a group share a velocity field
     integer :: heat_group = 1               !! bodies of a heat group share nodal temperatures
-    integer :: tool = 0                     !! tool whose schedule a rigid body follows; 0:
-                                            !! deformable body
-    real(rp) :: spacing(3) = 0.0_rp         !! initial particle spacing, the smallest one along a
-                                            !! graded axis [m]
+    integer :: tool = 0  !! tool whose schedule a rigid body follows; 0: deformable body
+    !> Initial particle spacing, the smallest one along a graded axis [m].
+    real(rp) :: spacing(3) = 0.0_rp
     real(rp) :: widest(3) = 0.0_rp          !! largest initial particle spacing [m]
     logical :: own_lattice = .true.         !! the particles are not on the lattice of the grid
     integer :: averaging = average_flowing  !! F-bar averaging of J in each cell: average_*
@@ -96,8 +93,8 @@ module simulation_scene
   type :: sleep_t
     logical :: is_on = .false.
     real(rp) :: distance = 0.0_rp  !! distance from tools below which material is awake [m]
-    real(rp) :: stress = 0.0_rp    !! stress change over the largest stress above which material is
-                                   !! awake
+    !> Stress change over the largest stress above which material is awake.
+    real(rp) :: stress = 0.0_rp
     real(rp) :: heat = 0.0_rp      !! change of temperature that wakes material [K]
   end type sleep_t
 
@@ -116,8 +113,8 @@ module simulation_scene
     real(rp) :: fixed_dt = 0.0_rp            !! prescribed time step [s]; 0: from the wave speed
     real(rp) :: mass_scaling = 1.0_rp        !! factor on inertia; initial value if adaptive
     logical :: adapts_mass = .false.         !! mass scaling follows the inertial stress
-    logical :: scales_light_nodes = .false.  !! selective mass scaling: additional inertia of nodes
-                                             !! with little mass (simulation_nodes)
+    !> Selective mass scaling, which adds inertia to nodes of little mass (simulation_nodes).
+    logical :: scales_light_nodes = .false.
     real(rp) :: scaling_range(2) = 0.0_rp    !! smallest and largest adaptive mass scaling
     real(rp) :: elastic_scaling = 1.0_rp     !! divisor of the elastic moduli of metal that can flow
     real(rp) :: inertial_fraction = 0.05_rp  !! allowed inertial stress over flow stress
@@ -140,13 +137,12 @@ module simulation_scene
   type :: output_t
     character(:), allocatable :: directory, name, input_text
     character(:), allocatable :: scene_text     !! the input with all defaults
-    character(:), allocatable :: files, folder  !! checksums and folder of the files named by the
-                                                !! input
+    character(:), allocatable :: files     !! checksums of the files named by the input
+    character(:), allocatable :: folder    !! their folder
     character(:), allocatable :: run            !! identity of the run (io_folder)
     real(rp) :: frame_interval = 0.0_rp, history_interval = 0.0_rp, checkpoint_interval = 0.0_rp
     real(rp) :: progress_interval = 10.0_rp   !! interval of progress lines, wall-clock time [s]
-    logical :: progress_is_given = .false.    !! the interval of progress lines was given in the
-                                              !! input
+    logical :: progress_is_given = .false.  !! the interval of progress lines was given in the input
     real(rp) :: safety_interval = 0.0_rp      !! interval of checkpoints, wall-clock time [s]
     logical :: is_quiet = .false.
   end type output_t
@@ -160,11 +156,11 @@ module simulation_scene
     type(body_t), allocatable :: body(:)
     character(32), allocatable :: condition(:)   !! names of walls and clamps, as in the history
     type(symmetry_t), allocatable :: symmetry(:)
-    type(held_t), allocatable :: clamp(:)       !! clamps and walls that are not mirrors, in the
-                                                !! order of the conditions
+    !> Clamps and walls that are not mirrors, in the order of the conditions.
+    type(held_t), allocatable :: clamp(:)
     type(contact_t), allocatable :: contact(:)  !! contact laws, one for every two groups of bodies
-    type(film_t), allocatable :: gap(:)         !! thermal conductance of each contact; unallocated:
-                                                !! all contacts are perfect
+    !> Thermal conductance of each contact; not allocated: all are perfect.
+    type(film_t), allocatable :: gap(:)
     integer :: n_heat_groups = 1                !! groups with nodal temperatures of their own
     integer, allocatable :: tool_of(:)          !! tool of each group of bodies; 0: deformable
     type(method_t) :: method

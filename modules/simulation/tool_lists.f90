@@ -13,13 +13,12 @@ module simulation_tool_lists
   integer, parameter, public :: &
     v_normal = 1, &        !! normal impulses [N s], 3 components
     v_stick = 4, &         !! impulse that would stop the slip [N s], 3 components
-    v_coulomb = 7, &       !! Coulomb limit of friction, of this step and kept from earlier ones [N
-                           !! s]
+    v_coulomb = 7, &       !! Coulomb limit, of this step and kept [N s]
     v_max_friction = 8, &  !! largest friction, by strength and law [N s]
     v_transition = 9       !! friction at which the law changes its form [N s]
   integer, parameter, public :: n_values = 9
-  integer, parameter, public :: n_both = 2*n_values   !! both sides, the second for nodes behind
-                                                      !! planes with `has_separate_sides`
+  !> Values of both sides, the second for nodes behind planes with `has_separate_sides`.
+  integer, parameter, public :: n_both = 2*n_values
 
   ! Indices of the values added to a node first: masses [kg], later divided by the mass of the node.
   integer, parameter, public :: &
@@ -54,25 +53,23 @@ module simulation_tool_lists
     logical :: touches = .false.                !! the particle touches; false: it is only near
     real(rp) :: w(3, 3) = 0.0_rp                !! weights of the particle surface along the axes
     real(rp) :: w_centre(3, 3) = 0.0_rp         !! weights of the particle centre along the axes
-    integer :: entry(27) = 0                    !! list entries of the nodes of the particle; 0: not
-                                                !! listed
+    integer :: entry(27) = 0  !! entries of the nodes of the particle in the list; 0: not listed
     real(rp) :: weight(27) = 0.0_rp             !! weights of the particle surface at the nodes
     real(rp) :: mass = 0.0_rp                   !! inertial mass [kg]
     real(rp) :: normal(3) = 0.0_rp              !! unit vector out of the tool
     real(rp) :: cell_edges(3) = 0.0_rp          !! edges of the cell of the particle [m]
     real(rp) :: spacing(3) = 0.0_rp             !! initial edges of the particle [m]
-    real(rp) :: closing_velocity = 0.0_rp       !! velocity that contact removes; 0: the particle is
-                                                !! not pushed [m/s]
-    real(rp) :: normal_impulse = 0.0_rp         !! normal impulse by the force of the last step,
-                                                !! later that of this step [N s]
-    real(rp) :: approach_velocity = 0.0_rp      !! closing velocity without the removal of
-                                                !! penetration [m/s]
-    real(rp) :: lasting_impulse = 0.0_rp        !! normal impulse without the removal of penetration
-                                                !! [N s]
-    real(rp) :: edge_closing_velocity = 0.0_rp  !! closing velocity enforced at an edge beyond any
-                                                !! limit [m/s]
-    real(rp) :: covered_fraction = 1.0_rp       !! fraction of the weight function of the particle
-                                                !! that the tool covers [-]
+    real(rp) :: closing_velocity = 0.0_rp  !! velocity that contact removes [m/s]; 0: no push
+    !> Normal impulse by the force of the last step, then that of this one [N s].
+    real(rp) :: normal_impulse = 0.0_rp
+    !> `closing_velocity` without the removal of penetration [m/s].
+    real(rp) :: approach_velocity = 0.0_rp
+    !> `normal_impulse` without the removal of penetration [N s].
+    real(rp) :: lasting_impulse = 0.0_rp
+    !> Velocity that an edge removes beyond any limit [m/s].
+    real(rp) :: edge_closing_velocity = 0.0_rp
+    !> Fraction of the weight function that the tool covers [-].
+    real(rp) :: covered_fraction = 1.0_rp
     real(rp) :: max_normal_impulse = 0.0_rp     !! limit of the normal impulse at an edge [N s]
     real(rp) :: slip(3) = 0.0_rp                !! slip velocity along the tool surface [m/s]
     real(rp) :: coulomb_factor = 0.0_rp         !! factor of the normal impulse in the friction law
@@ -80,15 +77,12 @@ module simulation_tool_lists
     real(rp) :: max_friction = 0.0_rp           !! largest friction impulse [N s]
     real(rp) :: shear_impulse = 0.0_rp          !! impulse of the shear strength of the metal [N s]
     real(rp) :: melting_impulse = 0.0_rp        !! friction whose heat melts the particle [N s]
-    real(rp) :: transition = 0.0_rp             !! friction impulse at which the law changes its
-                                                !! form [N s]
-    real(rp) :: last_friction(3) = 0.0_rp       !! friction impulse by the force of the last step
-                                                !! [N s]
+    real(rp) :: transition = 0.0_rp  !! friction impulse at which the law changes its form [N s]
+    real(rp) :: last_friction(3) = 0.0_rp  !! friction impulse by the force of the last step [N s]
     real(rp) :: stick_impulse(3) = 0.0_rp       !! impulse that would stop the slip [N s]
-    real(rp) :: layer_depth = 0.0_rp            !! depth of the particle centre under the face [m];
-                                                !! 0: no shear layer
-    real(rp) :: log_rate = 0.0_rp               !! plastic strain rate at the centre if the layer
-                                                !! accommodates all slip [ln 1/s]
+    real(rp) :: layer_depth = 0.0_rp  !! depth of the centre under the face [m]; 0: no shear layer
+    !> Plastic strain rate at the centre if the layer accommodates all slip [ln 1/s].
+    real(rp) :: log_rate = 0.0_rp
     real(rp) :: layer_strength = 0.0_rp         !! impulse of the layer strength [N s]
     real(rp) :: rate_sensitivity = 0.0_rp       !! d ln(layer stress)/d ln(rate)
     real(rp) :: plastic_fraction = 0.0_rp       !! fraction of the slip accommodated by layer shear
@@ -98,40 +92,34 @@ module simulation_tool_lists
     real(rp) :: temperature_rise = 0.0_rp       !! face temperature less that of the centre [K]
     real(rp) :: layer_thickness = 0.0_rp        !! [m]
     real(rp) :: strength_used = 0.0_rp          !! friction over layer strength [-]
-    real(rp) :: excess_velocity = 0.0_rp        !! mean velocity of the layer metal relative to the
-                                                !! particle, along the slip [m/s]
+    !> Mean velocity of the layer metal relative to the particle, along the slip [m/s].
+    real(rp) :: excess_velocity = 0.0_rp
   end type contact_particle_t
 
   type :: tool_contact_t
     integer :: n = 0                           !! number of particles
     type(contact_particle_t), allocatable :: particle(:)
     integer :: n_nodes = 0
-    integer, allocatable :: pair(:, :)             !! (3, pairs) entry behind a symmetry plane, that
-                                                   !! in front (0: not listed), plane
+    !> Entry behind a symmetry plane, that in front (0: not listed), plane, (3, pairs).
+    integer, allocatable :: pair(:, :)
     integer, allocatable :: plane(:, :)            !! (2, entries on planes) entry, plane
-    logical, allocatable :: has_separate_sides(:)  !! symmetry planes on whose sides friction is
-                                                   !! limited separately (contact_tool_walls)
+    !> Symmetry planes on whose sides friction is limited separately (contact_tool_walls).
+    logical, allocatable :: has_separate_sides(:)
     integer, allocatable :: entry_of(:)            !! (nn) entry of a node; 0: not listed
     integer, allocatable :: node(:)
     real(rp), allocatable :: mass(:, :)                   !! (n_masses, n_nodes)
-    integer :: width = n_values                           !! rows of `values`: n_both if a plane has
-                                                          !! separate sides
-    real(rp), allocatable :: values(:, :)                 !! (width, n_nodes) of all ranks,
-                                                          !! reflected at walls
-    real(rp), allocatable :: local_values(:, :)           !! (n_values, n_nodes) of this rank's
-                                                          !! particles
-    real(rp), allocatable :: free_direction(:, :)         !! (3, n_nodes) 1, or 0 where a wall holds
-                                                          !! the node
-    real(rp), allocatable :: friction_fraction(:)         !! fraction of `v_stick` that friction
-                                                          !! provides
-    real(rp), allocatable :: friction_fraction_behind(:)  !! fraction of `v_stick` that friction
-                                                          !! provides at nodes behind planes with
-                                                          !! separate sides
+    integer :: width = n_values  !! rows of `values`: n_both if a plane has separate sides
+    real(rp), allocatable :: values(:, :)  !! (width, n_nodes) of all ranks, reflected at walls
+    real(rp), allocatable :: local_values(:, :)  !! (n_values, n_nodes) of this rank's particles
+    !> 1, or 0 where a wall holds the node, (3, n_nodes).
+    real(rp), allocatable :: free_direction(:, :)
+    real(rp), allocatable :: friction_fraction(:)  !! fraction of `v_stick` that friction provides
+    !> Fraction of `v_stick` that friction provides behind planes with separate sides.
+    real(rp), allocatable :: friction_fraction_behind(:)
     real(rp), allocatable :: coulomb_unused(:)            !! unused fraction of `v_coulomb`
-    real(rp), allocatable :: slip(:, :)                   !! (3, n_nodes) mean velocity relative to
-                                                          !! the tool [m/s]
-    logical, allocatable :: is_folded(:, :)               !! (3, n_nodes) components that a mirror
-                                                          !! reflects with a change of sign
+    real(rp), allocatable :: slip(:, :)  !! (3, n_nodes) mean velocity relative to the tool [m/s]
+    !> Components that a mirror reflects with a change of sign, (3, n_nodes).
+    logical, allocatable :: is_folded(:, :)
   contains
     procedure :: reset, add_node, add_particle_in_contact, prepare, find_nodes
   end type tool_contact_t

@@ -23,11 +23,10 @@ module sleep_criteria
 
   public :: update_sleep, count_awake
 
-  integer, parameter :: sleep_check_interval = 200        !! steps between checks for material that
-                                                          !! falls asleep
-  real(rp), parameter :: max_deferred_fraction = 0.05_rp  !! sleepers to be woken, over awake
-                                                          !! particles, below which waking is
-                                                          !! deferred
+  !> Steps between checks for material that falls asleep.
+  integer, parameter :: sleep_check_interval = 200
+  !> Sleepers to be woken, over awake particles, below which waking is deferred.
+  real(rp), parameter :: max_deferred_fraction = 0.05_rp
 
 contains
 
@@ -232,8 +231,7 @@ contains
     pure real(rp) function reach_of(size)
       real(rp), intent(in) :: size                          !! longest edge of the cube [m]
       real(rp), parameter :: half_diagonal = sqrt(0.75_rp)  !! half diagonal of a cube [cube edges]
-      real(rp), parameter :: apart = 3.5_rp                 !! distance beyond which no nodes are
-                                                            !! shared [cells]
+      real(rp), parameter :: apart = 3.5_rp  !! distance beyond which no nodes are shared [cells]
 
       reach_of = max(sim%scene%method%sleep%distance, apart*size/edge) + half_diagonal*size
     end function reach_of

@@ -33,8 +33,8 @@ module sleep_held_layer
 
   public :: add_layer, find_far_force, freeze_layer, hold_layer, record_sleeper_impulse
 
-  real(rp), parameter :: negligible = 1.0e-9_rp   !! fraction of a node's mass below which no awake
-                                                  !! particle is near
+  !> Fraction of a node's mass below which no awake particle is near.
+  real(rp), parameter :: negligible = 1.0e-9_rp
 
 contains
 

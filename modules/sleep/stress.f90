@@ -17,8 +17,7 @@ module sleep_stress
   ! (sleep_motion).
   integer, parameter, public :: c_wake_requests = 1, &  !! sleepers whose temperature has changed
                                 c_mass = 2, &           !! mass of the awake particles [kg]
-                                c_stress = 3            !! sum of mass times Kirchhoff stress of the
-                                                        !! awake particles [kg Pa], 6
+                                c_stress = 3            !! mass times Kirchhoff stress [kg Pa], 6
   integer, parameter, public :: n_particle_sums = 8, n_cube_sums = n_particle_sums + n_motion
 
 contains

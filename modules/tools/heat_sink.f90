@@ -13,32 +13,28 @@ module tools_heat_sink
 
   public :: backing_t, find_backing, heat_sink_t
 
-  real(rp), parameter :: semi_infinite_length = 10.0_rp  !! length of a rod whose end has no
-                                                         !! influence [m]
-  real(rp), parameter :: growth = 1.1_rp                 !! growth ratio of the cells behind the
-                                                         !! face
+  !> Length of a rod whose end has no influence [m].
+  real(rp), parameter :: semi_infinite_length = 10.0_rp
+  real(rp), parameter :: growth = 1.1_rp  !! growth ratio of the cells behind the face
 
   type :: heat_sink_t
-    logical :: is_on = .false.                    !! the sink has a temperature that follows the
-                                                  !! absorbed heat
-    integer :: place = 0                          !! first of its two particle fields: contact area
-                                                  !! times time [m2 s], heat of the face [J]
-    real(rp) :: gap_coefficient = huge(1.0_rp)    !! heat-transfer coefficient of the gap at the
-                                                  !! face [W/(m2 K)]
-    real(rp) :: cooling = 0.0_rp                  !! cooling at the far end, or of a uniform body
-                                                  !! [W/K]
+    logical :: is_on = .false.  !! the sink has a temperature that follows the absorbed heat
+    !> First of its two particle fields, contact area times time [m2 s] and heat of the face [J].
+    integer :: place = 0
+    !> Heat-transfer coefficient of the gap at the face [W/(m2 K)].
+    real(rp) :: gap_coefficient = huge(1.0_rp)
+    real(rp) :: cooling = 0.0_rp  !! cooling at the far end, or of a uniform body [W/K]
     real(rp) :: coolant = 298.0_rp                !! temperature of the coolant [K]
-    real(rp), allocatable :: capacity(:)          !! heat capacity of each cell, from the face on
-                                                  !! [J/K]
-    real(rp), allocatable :: link_conductance(:)  !! conductance from each cell to the next one, or
-                                                  !! to the coolant [W/K]
-    real(rp) :: face_conductance = huge(1.0_rp)   !! conductance from the first cell centre to the
-                                                  !! face [W/K]
+    real(rp), allocatable :: capacity(:)  !! heat capacity of each cell, from the face on [J/K]
+    !> Conductance from each cell to the next one or to the coolant [W/K].
+    real(rp), allocatable :: link_conductance(:)
+    !> Conductance from the first cell centre to the face [W/K].
+    real(rp) :: face_conductance = huge(1.0_rp)
     ! State, equal on all ranks:
     real(rp), allocatable :: temperature(:)       !! cell temperatures [K]
     real(rp) :: face_temperature = 298.0_rp       !! face temperature [K]
-    real(rp) :: gained = 0.0_rp, lost = 0.0_rp    !! heat taken from the bodies, heat lost to the
-                                                  !! coolant [J]
+    real(rp) :: gained = 0.0_rp   !! heat taken from the bodies [J]
+    real(rp) :: lost = 0.0_rp     !! heat given to the coolant [J]
     ! Cell temperatures at the end of the step without heat flow [K], and their rise with it [K/W]:
     real(rp), allocatable, private :: alone(:), per_watt(:)
   contains
@@ -65,8 +61,9 @@ contains
   !> cells grow from `first_width` at the face.
   pure subroutine make_rod(self, area, length, first_width, conductivity, capacity, start)
     class(heat_sink_t), intent(inout) :: self
-    real(rp), intent(in) :: area, length, first_width  !! cross-section [m2], length [m], width of
-                                                       !! the first cell [m]
+    real(rp), intent(in) :: area          !! cross-section [m2]
+    real(rp), intent(in) :: length        !! [m]
+    real(rp), intent(in) :: first_width   !! width of the first cell [m]
     real(rp), intent(in) :: conductivity               !! [W/(m K)]
     real(rp), intent(in) :: capacity                   !! density times specific heat [J/(m3 K)]
     real(rp), intent(in) :: start                      !! initial temperature [K]

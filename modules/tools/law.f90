@@ -24,8 +24,8 @@ module tools_law
   character(14), parameter, public :: friction_laws(4) = &
     [character(14) :: 'coulomb', 'shear-factor', 'wanheim-bay', 'schmidt-hattel']
 
-  real(rp), parameter :: mu_saturated = 1.0e3_rp   !! Coulomb coefficient with which a shear factor
-                                                   !! is reached from p = k/1000 on
+  !> Coulomb coefficient with which a shear factor is reached from p = k/1000 on.
+  real(rp), parameter :: mu_saturated = 1.0e3_rp
 
   type :: friction_law_t
     integer :: kind = law_coulomb
@@ -63,11 +63,10 @@ contains
     real(rp), intent(in) :: recovery_speed       !! largest speed of removing a penetration [m/s]
     real(rp), intent(in) :: gap                  !! gap at the end of the step without contact [m]
     real(rp), intent(in) :: normal(3)            !! unit vector out of the tool
-    real(rp), intent(in) :: velocity(3)          !! velocity relative to the tool without contact
-                                                 !! [m/s]
+    real(rp), intent(in) :: velocity(3)  !! velocity relative to the tool without contact [m/s]
     real(rp), intent(out) :: closing, slip(3)    !! closing velocity, slip velocity [m/s]
-    real(rp), intent(out), optional :: approach  !! `closing` without the removal of penetration
-                                                 !! [m/s]
+    !> `closing` without the removal of penetration [m/s].
+    real(rp), intent(out), optional :: approach
     real(rp) :: recovery, gap_before, speed
 
     speed = dot_product(velocity, normal)
@@ -119,13 +118,9 @@ contains
   pure real(rp) function friction(self, stick_impulse, coulomb_impulse, max_friction, &
                                   transition) result(part)
     class(friction_law_t), intent(in) :: self
-    real(rp), intent(in) :: stick_impulse(3), coulomb_impulse, max_friction, transition  !! impulse
-                                                                                         !! that
-                                                                                         !! stops
-                                                                                         !! the slip
-                                                                                         !! and its
-                                                                                         !! limits
-                                                                                         !! [N s]
+    real(rp), intent(in) :: stick_impulse(3)   !! impulse that stops the slip [N s]
+    !> Limits of friction [N s].
+    real(rp), intent(in) :: coulomb_impulse, max_friction, transition
     real(rp) :: limit, wanted
 
     wanted = norm2(stick_impulse)

@@ -13,23 +13,23 @@ module tools_mesh
   public :: surface_mesh_t, new_mesh
 
   real(rp), parameter :: slack = 1.0_rp + 1.0e-9_rp    !! factor on bounds, for rounding
-  real(rp), parameter :: flat = 1.0_rp - 1.0e-13_rp    !! factor on the squared distance below which
-                                                       !! a plane is nearer: facets of one plane
-                                                       !! differ by rounding
+  !> Factor on the squared distance below which a plane is nearer, since facets of one plane differ
+  !> by rounding.
+  real(rp), parameter :: flat = 1.0_rp - 1.0e-13_rp
 
   !> Mesh with its search structures.
   type :: surface_mesh_t
     type(facets_t) :: facets                       !! facets in the order of the tree
     type(boxes_t) :: tree
     type(ridges_t) :: ridges                       !! sharp convex edges
-    real(rp), allocatable :: geometry(:, :, :)     !! (3, 4, facets) first corner, edge vectors to
-                                                   !! the others [m], normal
+    !> First corner and edge vectors to the others [m], normal, (3, 4, facets).
+    real(rp), allocatable :: geometry(:, :, :)
     real(rp), allocatable :: edge_normal(:, :, :)  !! (3, 3, facets) of each edge
     real(rp), allocatable :: normal(:, :)          !! (3, points) normal of each corner
     real(rp) :: lower(3) = 0.0_rp, upper(3) = 0.0_rp   !! bounding box [m]
     real(rp) :: radius = 0.0_rp                    !! largest distance from the last axis [m]
-    real(rp) :: approach = 0.0_rp                  !! largest approach of the surface per angle of
-                                                   !! rotation about that axis [m/rad]
+    !> Largest approach of the surface per angle of rotation about that axis [m/rad].
+    real(rp) :: approach = 0.0_rp
     real(rp) :: volume = 0.0_rp                    !! volume of the solid [m3]
     real(rp) :: step = 0.0_rp                      !! edge of the cells of a grid of distances [m]
     integer :: grid(3) = 0                         !! cells of the grid of distances along the axes
@@ -183,11 +183,12 @@ contains
   !> box.
   pure subroutine cells_of(n, x, lower, upper, step, grid, c, apart, outside)
     integer, intent(in) :: n, grid(3)
-    real(rp), intent(in) :: x(n, 3), lower(3), upper(3), step     !! position, lower corner, upper
-                                                                  !! corner, cell edge [m]
+    real(rp), intent(in) :: x(n, 3)              !! positions [m]
+    real(rp), intent(in) :: lower(3), upper(3)   !! corners [m]
+    real(rp), intent(in) :: step                 !! cell edge [m]
     integer, intent(out) :: c(n)
-    real(rp), intent(out) :: apart(n), outside(n)  !! distances from the cell centres, distances
-                                                   !! from the bounding box [m]
+    real(rp), intent(out) :: apart(n)     !! distances from the cell centres [m]
+    real(rp), intent(out) :: outside(n)   !! distances from the bounding box [m]
     real(rp) :: inside
     integer :: a, i, p
 

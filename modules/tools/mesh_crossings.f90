@@ -10,8 +10,8 @@ module tools_mesh_crossings
 
   public :: find_crossings
 
-  real(rp), parameter :: rounding = 1.0e-6_rp   !! rounding of corners in single precision over
-                                                !! the size of the surface, with a factor of 10
+  !> Ten times the rounding of corners in single precision over the size of the surface.
+  real(rp), parameter :: rounding = 1.0e-6_rp
 
 contains
 

@@ -10,8 +10,8 @@ module tools_mesh_facets
   public :: cross, facets_t, defect_t, join_corners, list_defects, match_edges, max_approach, &
             project
 
-  integer, parameter, public :: on_face = 0   !! region of a facet; 1 to 3: on an edge, 4 to 6: on a
-                                              !! corner
+  !> Region of a facet; 1 to 3: on an edge, 4 to 6: on a corner.
+  integer, parameter, public :: on_face = 0
 
   ! Defects of an edge: no neighbour, neighbour of opposite orientation, several neighbours.
   integer, parameter, public :: is_open = 1, is_flipped = 2, is_shared = 3
@@ -20,8 +20,8 @@ module tools_mesh_facets
   type :: facets_t
     real(rp), allocatable :: x(:, :)          !! (3, points) positions [m]
     integer, allocatable :: corner(:, :)      !! (3, facets) points of each facet
-    integer, allocatable :: across(:, :)      !! (3, facets) edge of the neighbour across each
-                                              !! edge, as 3 (facet - 1) + edge; 0: none
+    !> Edge of the neighbour across each edge, as 3 (facet - 1) + edge; 0: none, (3, facets).
+    integer, allocatable :: across(:, :)
   end type facets_t
 
   !> A defective edge of a facet.

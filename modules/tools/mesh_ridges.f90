@@ -10,8 +10,8 @@ module tools_mesh_ridges
 
   public :: find_ridges, ridges_t
 
-  real(rp), parameter, public :: no_edge = 1.0e100_rp   !! distance without an edge; may
-                                                        !! be divided by a cell edge [m]
+  !> Distance without an edge; may be divided by a cell edge [m].
+  real(rp), parameter, public :: no_edge = 1.0e100_rp
 
   real(rp), parameter :: feature_angle = 30.0_rp*pi/180.0_rp   !! a cylinder of 12 facets is smooth
 

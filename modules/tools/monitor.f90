@@ -8,23 +8,22 @@ module tools_monitor
 
   public :: halt, monitor_t
 
-  integer, parameter, public :: n_monitor = 8     !! number of reals of the state without the phase
-                                                  !! durations
+  !> Number of reals of the state without the phase durations.
+  integer, parameter, public :: n_monitor = 8
 
   type :: monitor_t
     logical :: is_on = .false.
     real(rp) :: max_force = huge(1.0_rp), max_torque = huge(1.0_rp)  !! limits [N], [N m]
-    integer :: at_limit = 1  !! action at a limit: 1 the run ends, 2 the feed stops, 3 feed and spin
-                             !! stop
+    !> Action at a limit: 1 the run ends, 2 the feed stops, 3 feed and spin stop.
+    integer :: at_limit = 1
     ! State:
-    real(rp) :: load_ema(2) = 0.0_rp           !! exponential moving averages (Brown 1963) of force
-                                               !! [N] and torque [N m]
+    !> Exponential moving averages of force [N] and torque [N m] (Brown 1963).
+    real(rp) :: load_ema(2) = 0.0_rp
     real(rp) :: load_ema2(2) = 0.0_rp          !! exponential moving averages of load_ema
     real(rp) :: last_angular_impulse = 0.0_rp  !! angular impulse before this step [N m s]
     integer :: phase = 1                       !! current phase of the schedule
     logical :: ended_early = .false.           !! the current phase ended before its duration
-    real(rp) :: halt_time = -1.0_rp            !! time at which the tool was stopped [s]; -1: not
-                                               !! stopped
+    real(rp) :: halt_time = -1.0_rp  !! time at which the tool was stopped [s]; -1: not stopped
     real(rp) :: spin = 0.0_rp                  !! spin after the stop [rad/s]
   contains
     procedure :: update_load, load, state => monitor_state, set_state => set_monitor

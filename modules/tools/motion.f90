@@ -23,8 +23,8 @@ module tools_motion
     logical :: leads_tilt = .false.          !! the tilt follows the direction of travel
     real(rp), allocatable :: time(:)         !! time since the start of the phase, from 0 [s]
     real(rp), allocatable :: place(:, :)     !! (3, points) position relative to the first point [m]
-    real(rp), allocatable :: heading(:)      !! azimuth of the segment after each point, from +x to
-                                             !! +y, continuous by whole turns [rad]
+    !> Azimuth of the segment after each point, from +x to +y, continuous by whole turns [rad].
+    real(rp), allocatable :: heading(:)
     integer, allocatable :: line(:)          !! line of each point in its file
   contains
     procedure :: along, place_at, points_until
@@ -37,11 +37,10 @@ module tools_motion
     real(rp) :: spin = 0.0_rp                   !! [rad/s], positive is clockwise seen from above
     real(rp) :: ramp = 0.0_rp                   !! ramp time from the phase before [s]
     logical :: is_force_controlled = .false.    !! pressed with a force along the tool axis
-    real(rp) :: feed = huge(1.0_rp)             !! largest speed into the plate under force control
-                                                !! [m/s]
+    real(rp) :: feed = huge(1.0_rp)  !! largest speed into the plate under force control [m/s]
     real(rp) :: force = 0.0_rp                  !! force into the plate [N]
-    integer :: n_forces = 0                     !! points of a table of force over the time since
-                                                !! the start of the phase; 0: constant force
+    !> Points of a table of force over the time since the start of the phase; 0: constant.
+    integer :: n_forces = 0
     real(rp) :: forces(2, max_forces) = 0.0_rp  !! time since the start of the phase [s], force [N]
     ! Conditions that end the phase before its duration; huge: none.
     real(rp) :: until_force = huge(1.0_rp)        !! force into the plate [N]
@@ -161,8 +160,9 @@ contains
   !> rest with the azimuth `before`, and their rates.
   pure subroutine along(self, ramp, s, before, way, rate)
     class(path_t), intent(in) :: self
-    real(rp), intent(in) :: ramp, s, before         !! ramp time [s], time since the start [s],
-                                                    !! azimuth before the phase [rad]
+    real(rp), intent(in) :: ramp     !! ramp time [s]
+    real(rp), intent(in) :: s        !! time since the start [s]
+    real(rp), intent(in) :: before   !! azimuth before the phase [rad]
     real(rp), intent(out) :: way(4), rate(4)
     real(rp) :: from(3), heading, next, to(3), u
     integer :: k

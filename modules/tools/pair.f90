@@ -42,8 +42,7 @@ contains
     type(pair_law_t), intent(in) :: law
     real(rp), intent(in) :: dt, gap      !! time step [s], gap [m]
     real(rp), intent(in) :: slack        !! gap up to which sticking bodies touch [m]
-    real(rp), intent(in) :: surplus      !! relative excess over the impulse that stops the bodies
-                                         !! [-]
+    real(rp), intent(in) :: surplus  !! relative excess over the impulse that stops the bodies [-]
     real(rp), intent(in) :: normal(3)    !! unit vector out of the first body
     real(rp), intent(in) :: inverse(2)   !! 1/mass [1/kg]; 0: rigid
     real(rp), intent(in) :: v(3, 2)      !! velocities of both bodies [m/s]

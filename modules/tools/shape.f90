@@ -47,8 +47,8 @@ module tools_shape
       class(shape_t), intent(inout) :: self
       type(input_t), intent(in) :: input
       integer, intent(in) :: i
-      real(rp), intent(out) :: frame(3, 3)   !! axes of the tool, as columns; the last one is the
-                                             !! axis of rotation
+      !> Axes of the tool, as columns; the last one is the axis of rotation.
+      real(rp), intent(out) :: frame(3, 3)
     end subroutine read_interface
 
     !> Signed distance of a point, its gradient, and the distance along the surface to the nearest
@@ -58,8 +58,9 @@ module tools_shape
       implicit none (type, external)
       class(shape_t), intent(in) :: self
       real(rp), intent(in) :: x(3)                     !! point [m]
-      real(rp), intent(out) :: d, normal(3), edge_distance  !! signed distance [m], unit normal [-],
-                                                            !! distance to the edge [m]
+      real(rp), intent(out) :: d               !! signed distance [m]
+      real(rp), intent(out) :: normal(3)       !! unit normal [-]
+      real(rp), intent(out) :: edge_distance   !! distance to the edge [m]
     end subroutine distance_interface
 
     !> Signed distances of `n` points; beyond the cutoff any value above it may be returned.
@@ -110,8 +111,9 @@ contains
   pure subroutine near_distance(self, x, cutoff, d, normal, edge_distance)
     class(shape_t), intent(in) :: self
     real(rp), intent(in) :: x(3), cutoff             !! position, cutoff distance [m]
-    real(rp), intent(out) :: d, normal(3), edge_distance  !! signed distance [m], unit normal [-],
-                                                          !! distance to the edge [m]
+    real(rp), intent(out) :: d               !! signed distance [m]
+    real(rp), intent(out) :: normal(3)       !! unit normal [-]
+    real(rp), intent(out) :: edge_distance   !! distance to the edge [m]
 
     call self%distance(x, d, normal, edge_distance)
   end subroutine near_distance

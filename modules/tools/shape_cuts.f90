@@ -14,14 +14,14 @@ module tools_shape_cuts
 
   public :: cut_pin_shape_t, make_mesh
 
-  integer, parameter :: n_meridians = 96       !! meridians; chords deviate by at most
-                                               !! 0.05 % of the radius
+  !> Meridians; chords deviate by at most 0.05 % of the radius.
+  integer, parameter :: n_meridians = 96
   integer, parameter :: n_sections = 4         !! sections of a meridian: wall, face, ledge, pin
 
   !> Sizes of the shoulder, the pin and the cuts.
   type :: cut_pin_shape_t
-    real(rp) :: radius = 0.0_rp, height = 0.0_rp        !! radius of the shoulder, height of the
-                                                        !! tool top [m]
+    real(rp) :: radius = 0.0_rp   !! of the shoulder [m]
+    real(rp) :: height = 0.0_rp   !! of the top of the tool [m]
     real(rp) :: slope = 0.0_rp  !! slope of the face, rising towards the axis
     real(rp) :: pin_radius = 0.0_rp, tip_radius = 0.0_rp, pin_length = 0.0_rp   !! [m]; 0: no pin
     type(grooves_t) :: thread, scroll

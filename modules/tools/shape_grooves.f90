@@ -15,8 +15,8 @@ module tools_shape_grooves
   !> groove is `depth` times a function of u = w/pitch + rise phi/(2 pi).
   type :: grooves_t
     real(rp) :: pitch = 0.0_rp, depth = 0.0_rp   !! [m]; depth 0: there are none
-    integer :: rise = 0                          !! pitches by which w of a groove decreases per
-                                                 !! turn (counterclockwise seen from above)
+    !> Pitches by which w of a groove decreases per turn (counterclockwise seen from above).
+    integer :: rise = 0
     integer :: n = 0
     real(rp) :: at(max_knots) = 0.0_rp           !! u of the profile corners, from 0 to 1
     real(rp) :: part(max_knots) = 0.0_rp         !! fraction of the depth at the corners

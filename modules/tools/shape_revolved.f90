@@ -26,8 +26,8 @@ module tools_shape_revolved
     procedure :: distance, distances, bounds, sweep, outline, surface
   end type revolved_t
 
-  real(rp), parameter :: no_corner = 1.0e-200_rp   !! sharpness of a corner that is no edge; lengths
-                                                   !! over it are finite
+  !> Sharpness of a corner that is no edge; lengths over it are finite.
+  real(rp), parameter :: no_corner = 1.0e-200_rp
 
 contains
 

@@ -32,11 +32,11 @@ module tools_tool
     real(rp) :: friction_coefficient = 0.0_rp  !! coefficient of Coulomb's law
     type(friction_law_t) :: friction_law
     type(friction_table_t) :: friction_table  !! table of the coefficient of the law
-    real(rp) :: fixed_heat_share = 1.0_rp     !! given fraction of the friction heat that enters the
-                                              !! material
-    real(rp) :: effusivity = 0.0_rp           !! effusivity of the tool [J/(m2 K s^0.5)]; above 0 it
-                                              !! determines the fraction of the friction heat that
-                                              !! enters the material
+    !> Given fraction of the friction heat that enters the material.
+    real(rp) :: fixed_heat_share = 1.0_rp
+    !> Effusivity [J/(m2 K s^0.5)]; above 0 it determines the fraction of the friction heat that
+    !> enters the material.
+    real(rp) :: effusivity = 0.0_rp
     type(heat_sink_t) :: heat                 !! sink of the remaining friction heat
     type(motion_t) :: motion
     type(drive_t) :: drive      !! machine that presses the tool along its axis
@@ -47,14 +47,13 @@ module tools_tool
     real(rp) :: position(3) = 0.0_rp, velocity(3) = 0.0_rp, omega(3) = 0.0_rp
     real(rp) :: axes(3, 3) = 0.0_rp        !! current local axes
     real(rp) :: last_position(3) = 0.0_rp, last_axes(3, 3) = 0.0_rp
-    real(rp) :: reference_position(3) = 0.0_rp, reference_axes(3, 3) = 0.0_rp  !! pose at the last
-                                                                               !! sort: position
-                                                                               !! [m], axes
+    !> Position [m] and axes at the last sort.
+    real(rp) :: reference_position(3) = 0.0_rp, reference_axes(3, 3) = 0.0_rp
     real(rp) :: spin = 0.0_rp                                 !! [rad/s]
     real(rp) :: angle = 0.0_rp                                !! angle turned since t = 0 [rad]
     real(rp) :: sums(n_tool_sums) = 0.0_rp
-    real(rp) :: max_face_temperature = 0.0_rp           !! largest face temperature in this step; 0:
-                                                        !! no layer shears [K]
+    !> Largest temperature of the face in this step [K]; 0: no layer shears.
+    real(rp) :: max_face_temperature = 0.0_rp
   contains
     procedure :: has_shape, has_friction, has_layer, heat_share, stirring_radius, move_to
     procedure :: mean_motion
@@ -201,8 +200,9 @@ contains
   pure subroutine distance(self, x, d, n, edge_distance, cutoff)
     class(tool_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
-    real(rp), intent(out) :: d, n(3), edge_distance      !! signed distance [m], unit normal [-],
-                                                         !! distance to the edge [m]
+    real(rp), intent(out) :: d               !! signed distance [m]
+    real(rp), intent(out) :: n(3)            !! unit normal [-]
+    real(rp), intent(out) :: edge_distance   !! distance to the edge [m]
     real(rp), intent(in), optional :: cutoff             !! [m]
     real(rp) :: y(3), m(3)
 

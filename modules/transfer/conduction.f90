@@ -13,18 +13,19 @@ module transfer_conduction
   public :: capacity_to_grid, pressure_to_grid, compute_nodal_temperature, compute_nodal_pressure
   public :: add_increment, compute_increment, flux_to_grid, heat_particles, surface_to_grid
 
-  real(rp), parameter, public :: min_capacity = 1.0e-30_rp  !! capacity below which a node is empty
-                                                            !! [J/K]
+  !> Capacity below which a node is empty [J/K].
+  real(rp), parameter, public :: min_capacity = 1.0e-30_rp
 
 contains
 
   !> Add capacity (lane 1), capacity times temperature (2) and stored heat (3) of a block.
   subroutine capacity_to_grid(n, w, first, stride, nn, c_p, mass, temp, heat, rec, g)
     integer, intent(in) :: n, first(nlane), stride(3), nn
-    real(rp), intent(in) :: w(nlane, 18), c_p(nlane)                !! weights and slopes, specific
-                                                                    !! heat [J/(kg K)]
-    real(rp), intent(in) :: mass(nlane), temp(nlane), heat(nlane)   !! mass [kg], temperature [K],
-                                                                    !! heat [J]
+    real(rp), intent(in) :: w(nlane, 18)   !! weights and slopes
+    real(rp), intent(in) :: c_p(nlane)     !! specific heat [J/(kg K)]
+    real(rp), intent(in) :: mass(nlane)   !! [kg]
+    real(rp), intent(in) :: temp(nlane)   !! temperature [K]
+    real(rp), intent(in) :: heat(nlane)   !! [J]
     real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nn)
     integer :: p
 
@@ -40,10 +41,10 @@ contains
   !> Add capacity times the pressure across each axis (lanes 6:8) of a block.
   subroutine pressure_to_grid(n, w, first, stride, nn, c_p, j, mass, tau, rec, g)
     integer, intent(in) :: n, first(nlane), stride(3), nn
-    real(rp), intent(in) :: w(nlane, 18), c_p(nlane)          !! weights and slopes, specific heat
-                                                              !! [J/(kg K)]
-    real(rp), intent(in) :: j(nlane), mass(nlane), tau(nlane, 3)  !! [-], [kg], Kirchhoff stress
-                                                                  !! [Pa]
+    real(rp), intent(in) :: w(nlane, 18)   !! weights and slopes
+    real(rp), intent(in) :: c_p(nlane)     !! specific heat [J/(kg K)]
+    real(rp), intent(in) :: j(nlane), mass(nlane)   !! volume ratio [-], mass [kg]
+    real(rp), intent(in) :: tau(nlane, 3)           !! Kirchhoff stress [Pa]
     real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nn)
     integer :: p
 
@@ -110,8 +111,8 @@ contains
   subroutine surface_to_grid(n, w, first, stride, nn, volume, j, mass, tau, rec, g)
     integer, intent(in) :: n, first(nlane), stride(3), nn
     real(rp), intent(in) :: w(nlane, 18), volume              !! initial volume over mass [m3/kg]
-    real(rp), intent(in) :: j(nlane), mass(nlane), tau(nlane, 6)  !! [-], [kg], Kirchhoff stress
-                                                                  !! [Pa]
+    real(rp), intent(in) :: j(nlane), mass(nlane)   !! volume ratio [-], mass [kg]
+    real(rp), intent(in) :: tau(nlane, 6)           !! Kirchhoff stress [Pa]
     real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nn)
     integer, parameter :: place(3, 3) = reshape([1, 4, 6, 4, 2, 5, 6, 5, 3], [3, 3])
     integer :: a, p
@@ -174,10 +175,9 @@ contains
     integer, intent(in) :: n, first(nlane), stride(3), nn
     real(rp), intent(in) :: w(nlane, 18), g(8, nn), c_p(nlane), mass(nlane), smoothing(nlane)
     real(rp), intent(inout) :: rec(8, 4, nlane), temp(nlane), heat(nlane)
-    real(rp), intent(inout) :: gained          !! heat gained beyond the stored heat, running sum
-                                               !! [J]
-    real(rp), intent(inout) :: smoothing_heat  !! heat change by smoothing, non-zero only at walls,
-                                               !! running sum [J]
+    real(rp), intent(inout) :: gained  !! heat gained beyond the stored heat, running sum [J]
+    !> Heat change by smoothing, non-zero only at walls, running sum [J].
+    real(rp), intent(inout) :: smoothing_heat
     type(lanes_t), parameter :: wanted = lanes_t(sloped=1, n_sloped=0, plain=5, n_plain=4)
     real(rp) :: back, change, no_value(nlane, 0), no_slope(nlane, 0), at(nlane, 4)
     integer :: p

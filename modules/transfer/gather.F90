@@ -15,8 +15,8 @@ module transfer_gather
 
   integer, parameter :: min_run = 3   ! shortest run of particles with the same nodes that is
                                       ! vectorised
-  integer, parameter :: lines_per_eight = 6    !! cache lines of the next block prefetched per lane
-                                               !! of eight particles
+  !> Cache lines of the next block prefetched per lane of eight particles.
+  integer, parameter :: lines_per_eight = 6
 
   ! Lanes of a node that are copied at once: a record is one register, or two.
 #if defined(STIRPOINT_AVX512) && !defined(STIRPOINT_HALVES)
@@ -123,8 +123,7 @@ contains
   !> its multiplication.
   pure subroutine copy_nodes(q, stride, g, c)
     integer, intent(in) :: q, stride(3)
-    real(rp), intent(in) :: g(8, *)                  !! records, from the first of the copied lanes
-                                                     !! on
+    real(rp), intent(in) :: g(8, *)  !! records, from the first of the copied lanes on
     real(rp), intent(inout) :: c(8, 3, 3, *)
     real(rp) :: a1, a2, a3, b1, b2, b3, d1, d2, d3, m1, m2, m3, m4, m5, m6, m7, m8, m9
     integer :: f, sx, sy

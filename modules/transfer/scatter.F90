@@ -180,8 +180,8 @@ contains
   !> Add `n_sloped` lanes by weights and slopes.
   subroutine p2g_slopes_run(p, m, w, q, rec, stride, g)
     integer, intent(in) :: p, m, q, stride(3)
-    real(rp), intent(in) :: w(nlane, 18), rec(8, 4, *)   !! weights; records, from the first of the
-                                                         !! added lanes on
+    real(rp), intent(in) :: w(nlane, 18)    !! weights
+    real(rp), intent(in) :: rec(8, 4, *)    !! records, from the first of the added lanes on
     real(rp), intent(inout) :: g(8, *)
     real(rp) :: a0, ay, az, r0, r1, a, b, d, t(n_sloped, 3, 3, 3)
     integer :: f, i, k, o, sy

@@ -137,11 +137,11 @@ contains
   !> First moments w (x_i - x_p) of the weights, stored in place of the slopes, and second moments
   !> `square` = sum w (x_i - x_p)^2 on each axis.
   subroutine moment_weights(origin, edge, x, w, moment, square)
-    real(rp), intent(in) :: origin(3), edge(3), x(nlane, 3), w(nlane, 18)  !! first node, cell
-                                                                           !! edges, positions [m],
-                                                                           !! weights
-    real(rp), intent(out) :: moment(nlane, 18), square(nlane, 3)  !! first moments [m], second
-                                                                  !! moments [m2]
+    real(rp), intent(in) :: origin(3), edge(3)   !! first node, cell edges [m]
+    real(rp), intent(in) :: x(nlane, 3)          !! positions [m]
+    real(rp), intent(in) :: w(nlane, 18)         !! weights
+    real(rp), intent(out) :: moment(nlane, 18)   !! first moments [m]
+    real(rp), intent(out) :: square(nlane, 3)    !! second moments [m2]
     real(rp) :: s, d, h, inv_h
     integer :: a, o, p
 
