@@ -237,8 +237,9 @@ contains
   subroutine affine_to_grid(nodes, n, x, c, w, first, rec, g)
     type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: n, first(nlane)
-    real(rp), intent(in) :: x(nlane, 3), c(nlane, 9), w(nlane, 18)  !! position [m], C row by row
-                                                                    !! [1/s]
+    real(rp), intent(in) :: x(nlane, 3)    !! position [m]
+    real(rp), intent(in) :: c(nlane, 9)    !! C row by row [1/s]
+    real(rp), intent(in) :: w(nlane, 18)
     real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nodes%patch%nn)
     real(rp) :: moment(nlane, 18), square(nlane, 3)
     integer :: b, p

@@ -40,8 +40,8 @@ contains
   pure function averaging_fraction(averaging, bulk, dt, rate, flow) result(share)
     integer, intent(in) :: averaging                       !! average_* of the body
     real(rp), intent(in) :: bulk, dt                       !! K [Pa], length of the last step [s]
-    real(rp), intent(in) :: rate(nlane), flow(nlane)       !! plastic strain rate [1/s], flow stress
-                                                           !! [Pa]
+    real(rp), intent(in) :: rate(nlane)   !! plastic strain rate [1/s]
+    real(rp), intent(in) :: flow(nlane)   !! flow stress [Pa]
     real(rp) :: share(nlane)
     integer :: p
 

@@ -17,16 +17,16 @@ module mpm_stability
 
   public :: default_cfl, domain_factor, stable_step, wave_speed
 
-  real(rp), parameter :: margin = 0.9_rp             !! safety factor for nodes lighter than those
-                                                     !! in the measurements
-  real(rp), parameter :: margin_selective = 0.95_rp  !! safety factor with a lower bound of the
-                                                     !! nodal inertia
+  !> Safety factor for nodes lighter than those in the measurements.
+  real(rp), parameter :: margin = 0.9_rp
+  !> Safety factor with a lower bound of the nodal inertia.
+  real(rp), parameter :: margin_selective = 0.95_rp
   real(rp), parameter :: limit_ugimp = 0.473_rp, limit_bspline = 0.632_rp
   !> Limit of B-splines with selective mass scaling (simulation_nodes). With uGIMP and 0.62 a
   !> stirred plate gained energy.
   real(rp), parameter :: limit_selective = 0.842_rp
-  real(rp), parameter :: apic_gain = 1.12_rp       !! factor of APIC, from a limit of 0.531 measured
-                                                   !! with uGIMP
+  !> Factor of APIC, from a measured limit of 0.531 with uGIMP.
+  real(rp), parameter :: apic_gain = 1.12_rp
   !> Half length of a domain [cells] below which the limit of uGIMP falls with the square root of
   !> the half length: a node that a face of a lattice enters has the squared frequency c^2/(l h^2).
   !> Blocks with 4, 5, 6 and 8 particles along an axis of a cell are stable at 0.473, 0.438, 0.374
@@ -78,8 +78,8 @@ contains
     logical, intent(in) :: has_contact             !! contact between bodies
     logical, intent(in) :: is_sparse               !! one particle per cell
     logical, intent(in) :: is_thin                 !! one along an axis of a cell
-    real(rp), intent(in) :: shortest               !! shortest half length of a domain of constant
-                                                   !! size [shortest cell edge]
+    !> Shortest half length of a domain of constant size [shortest cell edge].
+    real(rp), intent(in) :: shortest
     real(rp), intent(in) :: poisson                !! largest Poisson's ratio of the scene
 
     default_cfl = limit_ugimp*sqrt(min(1.0_rp, shortest/short_domain))

@@ -14,12 +14,11 @@ module step_acceptance
 
   public :: finish_acceptance, post_acceptance
 
-  real(rp), parameter :: max_wave_speed2 = 1.0e30_rp  !! squared wave speed of an invalid state
-                                                      !! [m2/s2]
-  real(rp), parameter :: max_cells = 0.5_rp           !! largest displacement of a node in a step
-                                                      !! [cells]
-  real(rp), parameter :: min_dt_fraction = 1.0e-4_rp  !! smallest step to attempt, over the first
-                                                      !! step size
+  !> Squared wave speed of an invalid state [m2/s2].
+  real(rp), parameter :: max_wave_speed2 = 1.0e30_rp
+  real(rp), parameter :: max_cells = 0.5_rp  !! largest displacement of a node in a step [cells]
+  !> Smallest step to attempt, over the first step size.
+  real(rp), parameter :: min_dt_fraction = 1.0e-4_rp
   !> Mass of a node, over that of a full cell, above which its velocity counts: particles hardly
   !> depend on the velocity of lighter nodes.
   real(rp), parameter :: material_fraction = 1.0e-2_rp
@@ -30,8 +29,8 @@ contains
   !> `locally_accepted`: this rank has no reason to refuse the step.
   subroutine post_acceptance(sim, dt, g, locally_accepted)
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn, sim%nodes%n_groups)  !! time step [s],
-                                                                              !! nodal records
+    real(rp), intent(in) :: dt                                          !! time step [s]
+    real(rp), intent(in) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)   !! nodal records
     logical, intent(out) :: locally_accepted
     real(rp) :: own(2), unsecured               ! time without a checkpoint [s]; negative if no
                                                 ! checkpoints are requested

@@ -18,11 +18,11 @@ module step_drives
 
   public :: store_impulses, drive_tools
 
-  integer, parameter :: averaging_cells = 12  !! cells that an elastic wave crosses in the averaging
-                                              !! time of a load: about fifteen steps, since few
-                                              !! particles touch in a single one
-  integer, parameter :: temperature_check_interval = 10  !! steps between checks of the largest
-                                                         !! temperature
+  !> Cells that an elastic wave crosses in the averaging time of a load, about fifteen steps, since
+  !> few particles touch in a single one.
+  integer, parameter :: averaging_cells = 12
+  !> Steps between checks of the largest temperature.
+  integer, parameter :: temperature_check_interval = 10
 
 contains
 
@@ -83,8 +83,8 @@ contains
   !> limits.
   subroutine monitor_tools(sim, dt, impulse)
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: dt, impulse(2, size(sim%tool))  !! [s]; force along the axis [N s],
-                                                            !! torque [N m s]
+    real(rp), intent(in) :: dt                          !! [s]
+    real(rp), intent(in) :: impulse(2, size(sim%tool))   !! along the axis [N s], torque [N m s]
     character(:), allocatable :: reason
     real(rp) :: ema_weight, t
     integer :: k, phase_before

@@ -30,8 +30,8 @@ module step_room
 
   integer(i8), parameter :: interval = 20        !! steps between two corrections
   real(rp), parameter :: diffusivity = 0.2_rp    !! per correction [cells2]; 0.5 is unstable
-  real(rp), parameter :: open_fill = 0.5_rp      !! fill below which a node is open: every node
-                                                 !! beyond a plane surface is
+  !> Fill below which a node is open, as every node beyond a plane surface is.
+  real(rp), parameter :: open_fill = 0.5_rp
   real(rp), parameter :: disorder = 0.1_rp       !! excess of the fill by disorder of particles
   real(rp), parameter :: stirred = 3.0_rp       !! plastic strain above which metal moves
   real(rp), parameter :: most = 0.04_rp          !! largest displacement of a correction [cells]

@@ -19,8 +19,8 @@ module step_schedule
   public :: accept_step, can_speculate, list_to_particles_order, save_block, save_state, &
             sum_with_overlap
 
-  real(rp), parameter :: max_displacement = 1.5_rp   !! largest displacement of tools and particles
-                                                     !! until a sort [cells]
+  !> Largest displacement of tools and particles until a sort [cells].
+  real(rp), parameter :: max_displacement = 1.5_rp
   !> Clearance beyond which contact has no influence [cells]: particles are in contact up to half a
   !> cell and a spacing away, and change nodes that particles three cells off on each axis read.
   real(rp), parameter :: far_distance = max_displacement + 0.6_rp + 3.0_rp*sqrt(3.0_rp)  !! [cells]
