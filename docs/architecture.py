@@ -154,6 +154,14 @@ def check_sizes(root):
                 yield f"{path.relative_to(root)}: {number} lines, more than {MOST_LINES}"
 
 
+def check_comments(sources):
+    """A comment behind code is one line; a longer one stands above the declaration."""
+    for module in sources.modules.values():
+        for number, line in enumerate(module.path.read_text(encoding="utf-8").splitlines(), 1):
+            if STAIRS.match(line):
+                yield f"{module.path.parent.name}/{module.path.name}:{number}: a comment behind code goes on: set it above the declaration"
+
+
 def check_uses(sources, layers):
     """Every `use` goes down, along a USES; no layer reaches itself."""
     graph = {}
@@ -274,7 +282,7 @@ def problems(root):
     """All that is out of date or out of bounds in a source tree."""
     layers, sources = layers_of(root), call_graph.Sources(root)
     text = (root / "docs/architecture.md").read_text(encoding="utf-8")
-    return [*check_text(root, text), *check_sizes(root), *check_uses(sources, layers), *check_links(root),
+    return [*check_text(root, text), *check_sizes(root), *check_comments(sources), *check_uses(sources, layers), *check_links(root),
             *check_owners(sources), *check_step(sources)]
 
 

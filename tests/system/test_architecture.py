@@ -58,6 +58,10 @@ def unused_by_a_test(tree):
     edit(tree, "tests/CMakeLists.txt", "1 USES sleep)", "1 USES sleep input)")
 
 
+def staircase(tree):
+    edit(tree, "modules/grid/halo.f90", "  implicit none", "  !! of two lines\n  implicit none")
+
+
 def cycle(tree):
     edit(tree, "modules/grid/halo.f90", "  use base_kinds", "  use particles_store, only: particles_t\n  use base_kinds")
 
@@ -118,7 +122,7 @@ SPOILED = {
     "lines": [(long_file, f"lines, more than {architecture.MOST_LINES}"), (use_upwards, "simulation has no USES io"),
               (whole_simulation, "takes the whole simulation"),
               (many_arguments, f"save_state has {1 + architecture.MOST_ARGUMENTS} arguments"),
-              (unused_layer, "hooks is linked to tools,"), (unused_library, "particles is linked to hdf5::fortran,"),
+              (staircase, "a comment behind code goes on"), (unused_layer, "hooks is linked to tools,"), (unused_library, "particles is linked to hdf5::fortran,"),
               (unused_by_a_test, "test_sleep is linked to input,"),
               (old_table, "the table of the layers is out of date"),
               (unknown_procedure, "accept_any is not in modules/step/schedule.f90")],
