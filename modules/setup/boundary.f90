@@ -118,7 +118,7 @@ contains
     end if
     if (is_symmetric(input, scene%grid, wall)) then
       symmetry = symmetry_t(place=i, axis=wall%axis, row=row_of(scene%grid, wall), &
-                            faces_up=wall%faces_up, odd=wall%held)
+                            position=wall%position, faces_up=wall%faces_up, odd=wall%held)
       if (.not. all(wall%held)) symmetry%friction_coefficient = input%real('WALL', i, 'FRICTION')
       if (has_temperature) symmetry%temperature = input%real('WALL', i, 'TEMPERATURE')
       scene%symmetry = [scene%symmetry, symmetry]

@@ -24,6 +24,7 @@ module simulation_conditions
     integer :: place = 0                  !! index among the conditions of the scene
     integer :: axis = 1                   !! axis normal to the plane
     integer :: row = 0                    !! row of grid nodes on the plane, from 0
+    real(rp) :: position = 0.0_rp         !! coordinate along the axis [m]
     logical :: faces_up = .true.          !! the bodies are above the plane
     logical :: odd(3) = .false.           !! components of the velocity that change sign
     real(rp) :: temperature = 0.0_rp      !! temperature of the plane [K]; 0: insulated

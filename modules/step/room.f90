@@ -264,9 +264,29 @@ contains
                *maxval(sim%scene%spacing_of(body, ps(p, :)))
         call stop_at(sim%tool(k), ps(p, f_pos:f_pos + 2), half, step)
       end do
+      do k = 1, size(sim%scene%symmetry)
+        call stop_at_wall(sim, k, ps(p, f_pos:f_pos + 2), sim%scene%spacing_of(body, ps(p, :)), &
+                          step)
+      end do
       ps(p, f_pos:f_pos + 2) = ps(p, f_pos:f_pos + 2) + step
     end do
   end subroutine move_block
+
+  !> Shorten a displacement so that the surface of a particle does not enter wall `k`.
+  pure subroutine stop_at_wall(sim, k, x, spacing, step)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: k
+    real(rp), intent(in) :: x(3), spacing(3)   !! position and spacing of the particle [m]
+    real(rp), intent(inout) :: step(3)         !! displacement [m]
+    real(rp) :: room, sense
+
+    associate (wall => sim%scene%symmetry(k))
+      sense = merge(1.0_rp, -1.0_rp, wall%faces_up)
+      room = sense*(x(wall%axis) - wall%position) &
+             - 0.5_rp*spacing(wall%axis)
+      step(wall%axis) = sense*max(sense*step(wall%axis), -max(0.0_rp, room))
+    end associate
+  end subroutine stop_at_wall
 
   !> Shorten a displacement so that the surface of a particle does not enter a tool.
   pure subroutine stop_at(tool, x, half, step)

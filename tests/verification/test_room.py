@@ -84,3 +84,17 @@ def test_hole_pressed_shut(seed, tmp_path):
     assert found < left * 1e6 + (0.7 if seed == 0 else 1.1)
     assert abs(pressures[-1] / exact - 1.0) < (0.15 if seed == 0 else 0.25)
     assert abs(history["audit_error[%]"][-1]) < 0.1
+
+
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 4))])
+def test_metal_between_a_tip_and_a_wall_stays(seed, tmp_path):
+    """Metal that a tip stirs a tenth of a cell or so above a wall stays in front of all walls."""
+    draw = np.random.default_rng(seed)
+    gap, sense = draw.uniform(0.03e-3, 0.15e-3), draw.choice([-1, 1])
+    sets = {"MOTION(1).VELOCITY": f"0, 0, {-(1.75e-3 - gap) / 0.3:.6g}", "MOTION(1).SPIN_RPM": 600 * sense, "MOTION(2).SPIN_RPM": 600 * sense}
+    driver.run(driver.INPUTS / "pin_tip.nml", "--quiet", directory=tmp_path, sets=sets)
+    made = driver.Results(tmp_path / "pin_tip.out", "pin_tip")
+    first, last = (driver.read_frame(path)[0] for path in (made.path("_000000.hdf"), made.path("_000007.hdf")))
+    assert made.history()["debris_mass[kg]"][-1] == 0.0 and len(last["x"]) == len(first["x"])
+    assert last["x"].min() > 0.0 and last["x"][:, :2].max() < 10e-3
+    assert last["plastic_strain"].max() > 10.0
