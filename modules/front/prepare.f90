@@ -94,7 +94,7 @@ contains
   subroutine read_texts(world, command, input, old, notes, is_read)
     type(world_t), intent(in) :: world
     type(command_t), intent(in) :: command
-    type(input_t), intent(out) :: input   !! of the run
+    type(input_t), intent(out) :: input   !! input of the run
     type(input_t), intent(out) :: old     !! scene of the checkpoint
     type(notes_t), intent(out) :: notes
     logical, intent(out) :: is_read

@@ -10,31 +10,23 @@ module setup_boundary
   use input_values, only: input_t
   use setup_solids, only: extent_of, read_all_solids, solids_t
   use simulation_clamp, only: clamp_t
-  use simulation_conditions, only: append_clamp, clamp_groups, make_clamp, symmetry_t
+  use simulation_conditions, only: append_clamp, clamp_groups, make_clamp, symmetry_t, wall_t
   use simulation_scene, only: scene_t, traction_t
   implicit none (type, external)
   private
 
-  public :: read_conditions, read_tractions, tractions_have_boxes, wall_of, wall_t
-
-  !> A wall as given in the input.
-  type :: wall_t
-    integer :: axis = 1                   !! axis of its normal
-    logical :: faces_up = .true.          !! the bodies are on its upper side
-    real(rp) :: position = 0.0_rp         !! coordinate along the axis [m]
-    logical :: held(3) = .false.          !! velocity components that are zero
-  end type wall_t
+  public :: read_conditions, read_tractions, tractions_have_boxes, wall_of
 
 contains
 
-  !> Fill `scene%symmetry`, `scene%clamp` and their names: walls first, then each kind of clamp, in
+  !> Fill `scene%wall`, `scene%symmetry`, `scene%clamp` and their names: walls first, then each kind of clamp, in
   !> the order of the input file.
   subroutine read_conditions(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
     integer :: i, k
 
-    allocate (scene%symmetry(0), scene%clamp(0))
+    allocate (scene%wall(0), scene%symmetry(0), scene%clamp(0))
     allocate (scene%condition(input%count('WALL') + &
                               sum([(input%count(trim(clamp_groups(k))), k=1, size(clamp_groups))])))
     do i = 1, input%count('WALL')
@@ -109,6 +101,7 @@ contains
     integer :: k
 
     wall = wall_of(input, scene%grid, i)
+    scene%wall = [scene%wall, wall]
     if (scene%grid%period(wall%axis) > 0) then
       call input%report('WALL', i, 'SIDE', 'the grid is periodic along this axis')
     end if
@@ -118,7 +111,7 @@ contains
     end if
     if (is_symmetric(input, scene%grid, wall)) then
       symmetry = symmetry_t(place=i, axis=wall%axis, row=row_of(scene%grid, wall), &
-                            position=wall%position, faces_up=wall%faces_up, odd=wall%held)
+                            faces_up=wall%faces_up, odd=wall%held)
       if (.not. all(wall%held)) symmetry%friction_coefficient = input%real('WALL', i, 'FRICTION')
       if (has_temperature) symmetry%temperature = input%real('WALL', i, 'TEMPERATURE')
       scene%symmetry = [scene%symmetry, symmetry]

@@ -6,10 +6,11 @@ module setup_check_process
   use base_log, only: log_line
   use base_text, only: str
   use input_values, only: input_t
-  use setup_boundary, only: wall_of, wall_t
+  use setup_boundary, only: wall_of
   use setup_method, only: flow_stress_of
   use setup_process, only: survey_tool, tool_survey_t, undefined
   use setup_solids, only: read_all_solids, solids_t
+  use simulation_conditions, only: wall_t
   use simulation_scene, only: scene_t
   use tools_shape, only: length_text
   use tools_tool, only: tool_t

@@ -7,9 +7,10 @@ module setup_check_sense
   use input_values, only: input_t
   use physics_point, only: point_t
   use setup_bodies, only: is_face
-  use setup_boundary, only: wall_of, wall_t
+  use setup_boundary, only: wall_of
   use setup_solids, only: extent_of, is_in_body, read_all_solids, solids_t
   use setup_volumes, only: filled_share
+  use simulation_conditions, only: wall_t
   use simulation_scene, only: scene_t
   use tools_tool, only: tool_t
   implicit none (type, external)

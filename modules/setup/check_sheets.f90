@@ -9,9 +9,10 @@
 module setup_check_sheets
   use base_kinds, only: rp
   use input_values, only: input_t
-  use setup_boundary, only: wall_of, wall_t
+  use setup_boundary, only: wall_of
   use setup_lattice, only: lattice_of, lattice_t
   use setup_solids, only: extent_of, read_all_solids, solids_t
+  use simulation_conditions, only: wall_t
   use simulation_scene, only: scene_t, scheme_usl
   use tools_tool, only: tool_t
   implicit none (type, external)

@@ -8,7 +8,8 @@ module simulation_conditions
   implicit none (type, external)
   private
 
-  public :: add_clamp_keys, append_clamp, clamp_groups, held_t, make_clamp, symmetry_t
+  public :: add_clamp_keys, append_clamp, clamp_groups, held_t, make_clamp, symmetry_t, &
+            wall_t
 
   !> Groups of the conditions that prescribe velocities. A new one is a name here and a case in
   !> `make_clamp`.
@@ -19,12 +20,19 @@ module simulation_conditions
     class(clamp_t), allocatable :: clamp
   end type held_t
 
+  !> A wall: bodies are on one side of a plane.
+  type :: wall_t
+    integer :: axis = 1                   !! axis of its normal
+    logical :: faces_up = .true.          !! the bodies are on its upper side
+    real(rp) :: position = 0.0_rp         !! coordinate along the axis [m]
+    logical :: held(3) = .false.          !! velocity components that are zero
+  end type wall_t
+
   !> A symmetry plane: a wall on a row of nodes with no material behind it (boundary_symmetry).
   type :: symmetry_t
     integer :: place = 0                  !! index among the conditions of the scene
     integer :: axis = 1                   !! axis normal to the plane
     integer :: row = 0                    !! row of grid nodes on the plane, from 0
-    real(rp) :: position = 0.0_rp         !! coordinate along the axis [m]
     logical :: faces_up = .true.          !! the bodies are above the plane
     logical :: odd(3) = .false.           !! components of the velocity that change sign
     real(rp) :: temperature = 0.0_rp      !! temperature of the plane [K]; 0: insulated

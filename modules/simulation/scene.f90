@@ -9,7 +9,7 @@ module simulation_scene
   use particles_store, only: layout_t
   use physics_field, only: field_t
   use physics_material, only: material_t
-  use simulation_conditions, only: held_t, symmetry_t
+  use simulation_conditions, only: held_t, symmetry_t, wall_t
   use tools_pair, only: contact_t
   implicit none (type, external)
   private
@@ -155,7 +155,8 @@ module simulation_scene
     character(48), allocatable :: warning(:)   !! warnings of all flow laws, without duplicates
     type(body_t), allocatable :: body(:)
     character(32), allocatable :: condition(:)   !! names of walls and clamps, as in the history
-    type(symmetry_t), allocatable :: symmetry(:)
+    type(wall_t), allocatable :: wall(:)
+    type(symmetry_t), allocatable :: symmetry(:)   !! walls that are mirrors
     !> Clamps and walls that are not mirrors, in the order of the conditions.
     type(held_t), allocatable :: clamp(:)
     type(contact_t), allocatable :: contact(:)  !! contact laws, one for every two groups of bodies

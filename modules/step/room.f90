@@ -15,6 +15,7 @@ module step_room
   use boundary_symmetry, only: r_momentum, reflect
   use mpm_blocks, only: gather_lanes, weights_of
   use particles_store, only: f_jac, f_mass, f_plastic, f_pos
+  use simulation_conditions, only: wall_t
   use simulation_nodes, only: clear_nodes
   use simulation_parts, only: simulation_t
   use tools_tool, only: tool_t
@@ -249,7 +250,8 @@ contains
     integer, intent(in) :: body, n, nf
     real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
     real(rp), intent(in) :: g(8, sim%nodes%patch%nn)
-    real(rp) :: h(3), half, none(nlane, 0), slope(nlane, 3), step(3), v(nlane, 1), w(nlane, 18)
+    real(rp) :: h(3), none(nlane, 0), slope(nlane, 3), spacing(3), step(3), v(nlane, 1)
+    real(rp) :: w(nlane, 18)
     integer :: first(nlane), k, p
 
     call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
@@ -259,32 +261,29 @@ contains
       if (ps(p, f_plastic) <= stirred) cycle
       h = sim%nodes%patch%edges_at(ps(p, f_pos:f_pos + 2))
       step = -h*max(-most, min(most, diffusivity*h*slope(p, :)))
+      spacing = sim%scene%spacing_of(body, ps(p, :))
       do k = 1, size(sim%tool)
-        half = 0.5_rp*ps(p, sim%scene%layout%surface_offset) &
-               *maxval(sim%scene%spacing_of(body, ps(p, :)))
-        call stop_at(sim%tool(k), ps(p, f_pos:f_pos + 2), half, step)
+        call stop_at(sim%tool(k), ps(p, f_pos:f_pos + 2), &
+                     0.5_rp*ps(p, sim%scene%layout%surface_offset)*maxval(spacing), step)
       end do
-      do k = 1, size(sim%scene%symmetry)
-        call stop_at_wall(sim, k, ps(p, f_pos:f_pos + 2), sim%scene%spacing_of(body, ps(p, :)), &
-                          step)
+      do k = 1, size(sim%scene%wall)
+        call stop_at_wall(sim%scene%wall(k), ps(p, f_pos:f_pos + 2), spacing, step)
       end do
       ps(p, f_pos:f_pos + 2) = ps(p, f_pos:f_pos + 2) + step
     end do
   end subroutine move_block
 
-  !> Shorten a displacement so that the surface of a particle does not enter wall `k`.
-  pure subroutine stop_at_wall(sim, k, x, spacing, step)
-    type(simulation_t), intent(in) :: sim
-    integer, intent(in) :: k
+  !> Shorten a displacement so that the surface of a particle does not enter a wall.
+  pure subroutine stop_at_wall(wall, x, spacing, step)
+    type(wall_t), intent(in) :: wall
     real(rp), intent(in) :: x(3), spacing(3)   !! position and spacing of the particle [m]
     real(rp), intent(inout) :: step(3)         !! displacement [m]
     real(rp) :: room, sense
 
-    associate (wall => sim%scene%symmetry(k))
+    associate (a => wall%axis)
       sense = merge(1.0_rp, -1.0_rp, wall%faces_up)
-      room = sense*(x(wall%axis) - wall%position) &
-             - 0.5_rp*spacing(wall%axis)
-      step(wall%axis) = sense*max(sense*step(wall%axis), -max(0.0_rp, room))
+      room = sense*(x(a) - wall%position) - 0.5_rp*spacing(a)
+      step(a) = sense*max(sense*step(a), -max(0.0_rp, room))
     end associate
   end subroutine stop_at_wall
 

@@ -20,8 +20,8 @@ module tools_shape_cuts
 
   !> Sizes of the shoulder, the pin and the cuts.
   type :: cut_pin_shape_t
-    real(rp) :: radius = 0.0_rp   !! of the shoulder [m]
-    real(rp) :: height = 0.0_rp   !! of the top of the tool [m]
+    real(rp) :: radius = 0.0_rp   !! radius of the shoulder [m]
+    real(rp) :: height = 0.0_rp   !! height of the top of the tool [m]
     real(rp) :: slope = 0.0_rp  !! slope of the face, rising towards the axis
     real(rp) :: pin_radius = 0.0_rp, tip_radius = 0.0_rp, pin_length = 0.0_rp   !! [m]; 0: no pin
     type(grooves_t) :: thread, scroll

@@ -14,7 +14,7 @@ module tools_sums
   type :: tool_sum_t
     character(16) :: name
     character(6) :: unit                !! name and unit in checkpoints
-    logical :: is_of_face = .false.     !! of the face where the metal layer under it may shear
+    logical :: is_of_face = .false.     !! column of faces under which metal shears in a layer
     character(18) :: column = ''
     character(3) :: column_unit = ''
     character(16) :: over = ''

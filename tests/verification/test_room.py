@@ -98,3 +98,17 @@ def test_metal_between_a_tip_and_a_wall_stays(seed, tmp_path):
     assert made.history()["debris_mass[kg]"][-1] == 0.0 and len(last["x"]) == len(first["x"])
     assert last["x"].min() > 0.0 and last["x"][:, :2].max() < 10e-3
     assert last["plastic_strain"].max() > 10.0
+
+
+@pytest.mark.parametrize("side", ["xmax", *(pytest.param(side, marks=pytest.mark.long) for side in ("xmin", "ymin", "ymax"))])
+def test_metal_between_a_pin_and_a_wall_stays(side, tmp_path):
+    """Metal that a pin stirs beside a wall, a twentieth of a cell away, stays in front of it."""
+    axis, faces_up = "xy".index(side[0]), side.endswith("min")
+    place, wall = [9e-3, 9e-3], 0.0 if faces_up else (24e-3, 18e-3)[axis]
+    place[axis] = wall + (3.05e-3 if faces_up else -3.05e-3)
+    x, y = (f"{value:.6g}" for value in place)
+    sets = {"SHAPE(2).CENTRE": f"{x}, {y}, 1e-3", "TOOL.POSITION": f"{x}, {y}, -3e-3", "MOTION(2).VELOCITY": "0, 0, 0", "TIME.END": 0.7}
+    driver.run(driver.INPUTS / "closed_box.nml", "--quiet", directory=tmp_path, sets=sets)
+    last = driver.read_frame(driver.Results(tmp_path / "closed_box.out", "closed_box").path("_000001.hdf"))[0]
+    before = (last["x"][:, axis] - wall) * (1.0 if faces_up else -1.0)
+    assert before.min() > 0.0 and last["plastic_strain"].max() > 10.0
