@@ -19,8 +19,8 @@ module setup_boundary
 
 contains
 
-  !> Fill `scene%wall`, `scene%symmetry`, `scene%clamp` and their names: walls first, then each kind of clamp, in
-  !> the order of the input file.
+  !> Fill `scene%wall`, `scene%symmetry`, `scene%clamp` and the names of the conditions: walls
+  !> first, then each kind of clamp, in the order of the input file.
   subroutine read_conditions(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
