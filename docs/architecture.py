@@ -20,9 +20,25 @@ MOST_LINES = 400             # of a file
 MOST_PASSED = 35             # files that a step with a tool passes, above the services
 MOST_CALLS = 6               # from take_step to a kernel
 MOST_ARGUMENTS = 9          # of a procedure of these layers that a step with a tool calls
-# Layers whose procedures may take the whole simulation, and modules of them that take parts alone:
-WHOLE = {"simulation", "mpm", "boundary", "contact", "heat", "hooks", "sleep", "output", "step", "run", "front"}
+# Layers of a running simulation, and modules of them that take plain arrays and few parts:
+RUNNING = {"simulation", "mpm", "boundary", "contact", "heat", "hooks", "sleep", "output", "step", "run", "front"}
 PARTS = {"simulation_nodes", "simulation_probes", "mpm_blocks", "mpm_faces", "mpm_fbar", "mpm_stability"}
+# Files of them with procedures that take the whole simulation: a list that only shrinks. All others take parts of it.
+MAY_CARRY = {
+    "boundary": "clamp_list clamps",
+    "contact": "tool_impulses tool_particles tool_walls",
+    "front": "estimate prepare report",
+    "heat": "conduction exchange gaps nodes nodes_implicit",
+    "hooks": "source",
+    "mpm": "constitutive prescribed sweeps tractions",
+    "output": "checkpoint diagnostics error_norms guards history progress totals warnings writer",
+    "run": "balance debris loop mass_scaling regrid restart",
+    "simulation": "parts",
+    "sleep": "criteria held_layer",
+    "step": "acceptance advance constraints drives filter motion room schedule to_grid",
+}
+MOST_PARTS = 3               # parts of the simulation that a procedure of these layers takes instead
+DIVIDED = {"simulation", "boundary", "heat", "hooks"}
 
 REPEATED = 5                 # statements in the same order that count as a duplicate if they stand in two places
 
@@ -210,20 +226,28 @@ def check_links(root):
                 yield f"CMake: {name} is linked to {link}, which none of its sources uses"
 
 
-def takes_whole(sources, procedure):
-    """Whether a procedure may take the whole simulation, and then has few other arguments."""
-    return sources.modules[procedure.module].layer in WHOLE and procedure.module not in PARTS
+def carries(procedure):
+    return any(kind == "simulation_t" for kind, _ in procedure.variables.values())
 
 
 def check_owners(sources):
+    """Only listed files take the whole simulation, and every listed one does; few parts stand in its place."""
+    listed = {f"{layer}_{name}" for layer, names in MAY_CARRY.items() for name in names.split()}
+    parts = {kind for kind, _ in sources.modules["simulation_parts"].types["simulation_t"].components.values() if kind}
     for procedure in sources.procedures():
-        if not takes_whole(sources, procedure) and any(kind == "simulation_t" for kind, _ in procedure.variables.values()):
+        if carries(procedure) and procedure.module not in listed:
             yield f"{procedure.module}: {procedure.name} takes the whole simulation: give it the parts that it uses"
+        taken = {kind for kind, _ in procedure.variables.values()} & parts
+        if sources.modules[procedure.module].layer in DIVIDED and len(taken) > MOST_PARTS:
+            yield f"{procedure.module}: {procedure.name} takes {len(taken)} parts of the simulation, more than {MOST_PARTS}"
+    for name in sorted(listed - {procedure.module for procedure in sources.procedures() if carries(procedure)}):
+        yield f"docs/architecture.py: no procedure of {name} takes the whole simulation any more: take it off MAY_CARRY"
 
 
 def check_arguments(sources, graph):
     for procedure in sources.procedures():
-        if procedure.key in graph and takes_whole(sources, procedure) and procedure.arguments > MOST_ARGUMENTS:
+        is_running = sources.modules[procedure.module].layer in RUNNING and procedure.module not in PARTS
+        if procedure.key in graph and is_running and procedure.arguments > MOST_ARGUMENTS:
             yield f"{procedure.module}: {procedure.name} has {procedure.arguments} arguments, more than {MOST_ARGUMENTS}"
 
 
@@ -315,7 +339,7 @@ def print_metrics(root):
     statements = [s for procedure in procedures for s in procedure.statements]
     depths = [len(chain) - 1 for s in statements for chain in call_graph.designators(s)]
     texts = [path.read_text(encoding="utf-8") for path in (root / "modules").glob("*/*.[fF]90")]
-    carriers = sum(any(kind == "simulation_t" for kind, _ in procedure.variables.values()) for procedure in procedures)
+    carriers = sum(map(carries, procedures))
     for name, value in {
             "lines": sum(text.count("\n") for text in texts),
             "layers, files": f"{len(layers_of(root))}, {len(texts)}",

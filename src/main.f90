@@ -118,7 +118,9 @@ contains
       call free_simulation(sim)
       return
     end if
-    if (command%restart == '') call warn_of_overlap(world, input, command%overrides, sim)
+    if (command%restart == '') then
+      call warn_of_overlap(world, input, command%overrides, sim%scene, sim%tool, sim%particles)
+    end if
     if (command%action == 'check') then
       call report_scene(world, input, sim, counts, volumes, command%topic == '')
     else if (.not. is_stopped(status)) then

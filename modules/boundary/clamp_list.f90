@@ -3,10 +3,12 @@
 !> faces that lie between nodes (boundary_clamps).
 module boundary_clamp_list
   use base_kinds, only: rp
+  use base_world, only: world_t
   use boundary_clamps, only: box_has, slack
   use grid_geometry, only: wrap
   use simulation_nodes, only: append, nodes_t
-  use simulation_parts, only: column_t, simulation_t
+  use simulation_parts, only: boundary_t, column_t, simulation_t
+  use simulation_run, only: clock_t
   use simulation_scene, only: scene_t
   implicit none (type, external)
   private
@@ -41,7 +43,7 @@ contains
     do a = 1, 3
       sim%boundary%along(a)%is_cut = .false.
       if (sim%world%all_true(all(sim%boundary%column(1:sim%boundary%n_columns)%axis /= a))) cycle
-      call list_column_nodes(sim, a)
+      call list_column_nodes(sim%world, sim%nodes, sim%boundary, a)
     end do
   end subroutine list_clamps
 
@@ -49,17 +51,19 @@ contains
   !> list. Columns along one axis share no nodes, so that a rank that stores a whole column
   !> computes the result at its nodes; columns along different axes share nodes at the edges of
   !> clamps.
-  subroutine list_column_nodes(sim, axis)
-    type(simulation_t), intent(inout) :: sim
+  subroutine list_column_nodes(world, nodes, boundary, axis)
+    type(world_t), intent(in) :: world
+    type(nodes_t), intent(inout) :: nodes
+    type(boundary_t), intent(inout) :: boundary
     integer, intent(in) :: axis
     real(rp), allocatable :: columns(:, :)   ! lane 1: this rank stores the whole column of the
                                              ! node; lane 2: only a part of it
     logical, allocatable :: is_known(:)
     integer :: i, k, lane
 
-    allocate (columns(8, sim%nodes%patch%nn), source=0.0_rp)
-    do i = 1, sim%boundary%n_columns
-      associate (column => sim%boundary%column(i))
+    allocate (columns(8, nodes%patch%nn), source=0.0_rp)
+    do i = 1, boundary%n_columns
+      associate (column => boundary%column(i))
         if (column%axis /= axis) cycle
         lane = merge(1, 2, column%is_whole)
         do k = 1, 3
@@ -68,11 +72,11 @@ contains
       end associate
     end do
     is_known = columns(1, :) > 0.0_rp .and. columns(2, :) <= 0.0_rp
-    call sim%nodes%halo%sum(sim%world, 8, sim%nodes%patch%nn, columns)
-    associate (along => sim%boundary%along(axis))
-      along%node = pack([(i, i=1, sim%nodes%patch%nn)], maxval(columns(1:2, :), 1) > 0.0_rp)
+    call nodes%halo%sum(world, 8, nodes%patch%nn, columns)
+    associate (along => boundary%along(axis))
+      along%node = pack([(i, i=1, nodes%patch%nn)], maxval(columns(1:2, :), 1) > 0.0_rp)
       along%is_known = is_known(along%node)
-      along%is_cut = .not. sim%world%all_true(all(along%is_known))
+      along%is_cut = .not. world%all_true(all(along%is_known))
     end associate
   end subroutine list_column_nodes
 
@@ -85,8 +89,10 @@ contains
 
     x = sim%nodes%patch%position(q)
     call wrap(sim%scene%grid, x)
-    if (is_fixed(sim, x) .and. box_has(sim, c, x)) then
-      call append(sim%boundary%fixed, sim%boundary%n_fixed, [q, c, merge(1, 0, is_owned(sim, q))])
+    if (is_fixed(sim%scene, sim%clock, sim%nodes, x) .and. &
+        box_has(sim%scene, sim%clock, sim%nodes, c, x)) then
+      call append(sim%boundary%fixed, sim%boundary%n_fixed, &
+                  [q, c, merge(1, 0, is_owned(sim%scene, sim%nodes, q))])
     end if
     do a = 1, 3
       do side = -1, 1, 2
@@ -113,7 +119,7 @@ contains
       if (t <= -0.5_rp .or. t > 0.5_rp) return
       if (abs(t) <= slack .and. .not. sim%scene%method%is_bspline) return   ! face on a row of nodes
       y(a) = face
-      if (.not. box_has(sim, c, y)) return
+      if (.not. box_has(sim%scene, sim%clock, sim%nodes, c, y)) return
       column%clamp = c
       column%axis = a
       column%weight = weights_at(sim%scene, t)
@@ -130,11 +136,11 @@ contains
         other(a) = x(a) + patch%h(a)*step
         if (patch%grading(a)%is_graded) other(a) = patch%grading(a)%middle(ijk(a) + step)
         call wrap(sim%scene%grid, other)
-        if (is_fixed(sim, other)) return
-        if (step*side > 0 .and. inside_any(sim, other, c)) return
+        if (is_fixed(sim%scene, sim%clock, sim%nodes, other)) return
+        if (step*side > 0 .and. inside_any(sim%scene, sim%clock, sim%nodes, other, c)) return
         if (ijk(a) + step < patch%all%lo(a) .or. ijk(a) + step > patch%all%hi(a)) cycle
         column%node(k) = q + step*patch%stride(a)
-        column%is_owned(k) = is_owned(sim, column%node(k))
+        column%is_owned(k) = is_owned(sim%scene, sim%nodes, column%node(k))
       end do
     end associate
     column%is_whole = all(column%node > 0 .or. column%weight <= 0.0_rp)
@@ -174,27 +180,30 @@ contains
   end function tails
 
   !> True if a node lies in the box of a clamp and not only in columns across one face.
-  pure logical function is_fixed(sim, x)
-    type(simulation_t), intent(in) :: sim
+  pure logical function is_fixed(scene, clock, nodes, x)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(in) :: nodes
     real(rp), intent(in) :: x(3)             !! position of the node [m]
     integer :: c, n_boxes, n_faces
 
     n_boxes = 0
     n_faces = 0
-    do c = 1, size(sim%scene%clamp)
-      associate (clamp => sim%scene%clamp(c)%clamp)
-        if (.not. box_has(sim, c, x)) cycle
+    do c = 1, size(scene%clamp)
+      associate (clamp => scene%clamp(c)%clamp)
+        if (.not. box_has(scene, clock, nodes, c, x)) cycle
         n_boxes = n_boxes + 1
-        n_faces = n_faces + count(near_face(sim, clamp%upper, x)) &
-          + count(near_face(sim, clamp%lower, x))
+        n_faces = n_faces + count(near_face(scene, nodes, clamp%upper, x)) &
+          + count(near_face(scene, nodes, clamp%lower, x))
       end associate
     end do
     is_fixed = n_boxes > 0 .and. .not. (n_boxes == 1 .and. n_faces == 1)
   end function is_fixed
 
   !> For each axis, true if a node in the box is part of the columns across the face there.
-  pure function near_face(sim, face, x) result(is_near)
-    type(simulation_t), intent(in) :: sim
+  pure function near_face(scene, nodes, face, x) result(is_near)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
     real(rp), intent(in) :: face(3), x(3)    !! corner of the box, position of the node [m]
     logical :: is_near(3)
     real(rp) :: depth, y(3)
@@ -203,9 +212,9 @@ contains
     do a = 1, 3
       is_near(a) = .false.
       if (abs(face(a)) >= 0.5_rp*huge(1.0_rp)) cycle
-      y = image(sim%nodes, x, a, face(a))
-      depth = abs(cells_between(sim%nodes, a, y(a), face(a)))
-      if (sim%scene%method%is_bspline) then
+      y = image(nodes, x, a, face(a))
+      depth = abs(cells_between(nodes, a, y(a), face(a)))
+      if (scene%method%is_bspline) then
         is_near(a) = depth < 1.5_rp - slack
       else
         is_near(a) = depth > slack .and. depth < 1.0_rp - slack
@@ -241,29 +250,32 @@ contains
   end function image
 
   !> True if `x` is inside the box of any clamp except clamp `but`.
-  pure logical function inside_any(sim, x, but)
-    type(simulation_t), intent(in) :: sim
+  pure logical function inside_any(scene, clock, nodes, x, but)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(in) :: nodes
     real(rp), intent(in) :: x(3)
     integer, intent(in) :: but
     integer :: c
 
     inside_any = .false.
-    do c = 1, size(sim%scene%clamp)
+    do c = 1, size(scene%clamp)
       if (c == but) cycle
-      inside_any = inside_any .or. box_has(sim, c, x)
+      inside_any = inside_any .or. box_has(scene, clock, nodes, c, x)
     end do
   end function inside_any
 
   !> True if this rank records a node; nodes outside the grid belong to the owner of the nearest
   !> inside.
-  pure logical function is_owned(sim, q)
-    type(simulation_t), intent(in) :: sim
+  pure logical function is_owned(scene, nodes, q)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: q
     integer :: ijk(3)
 
-    ijk = sim%nodes%patch%indices(q)
-    where (sim%scene%grid%period == 0) ijk = max(0, min(sim%scene%grid%n - 1, ijk))
-    is_owned = sim%nodes%patch%own%has(ijk)
+    ijk = nodes%patch%indices(q)
+    where (scene%grid%period == 0) ijk = max(0, min(scene%grid%n - 1, ijk))
+    is_owned = nodes%patch%own%has(ijk)
   end function is_owned
 
 end module boundary_clamp_list

@@ -18,10 +18,13 @@
 !> the normal of the tool there.
 module boundary_clamps
   use base_kinds, only: rp
+  use base_world, only: world_t
   use grid_geometry, only: length_along, wrap
-  use simulation_nodes, only: min_node_inertia, min_node_mass
+  use simulation_nodes, only: min_node_inertia, min_node_mass, nodes_t
   use simulation_parts, only: column_nodes_t, column_t, simulation_t
-  use simulation_run, only: e_wall
+  use simulation_run, only: budget_t, clock_t, e_wall
+  use simulation_scene, only: scene_t
+  use tools_tool, only: tool_t
   implicit none (type, external)
   private
 
@@ -48,7 +51,8 @@ contains
       do axis = 1, 3
         call hold_columns(sim, axis, fraction, g(:, :, k))
         if (sim%boundary%along(axis)%is_cut) then
-          call copy_columns(sim, sim%boundary%along(axis), [1, 2, 3, 5, 6, 7], g(:, :, k))
+          call copy_columns(sim%world, sim%nodes, sim%boundary%along(axis), [1, 2, 3, 5, 6, 7], &
+                            g(:, :, k))
         end if
       end do
       call hold_nodes(sim, fraction, g(:, :, k))
@@ -79,8 +83,8 @@ contains
         do i = 1, size(pressing)
           associate (wall => sim%scene%symmetry(plane(2, i)))
             if (wall%axis == axis .and. wall%friction_coefficient > 0.0_rp) then
-              call stop_node(sim, plane(2, i), plane(1, i), wall%friction_coefficient*pressing(i), &
-                             least, g)
+              call stop_node(sim%scene, sim%nodes, sim%budget, plane(2, i), plane(1, i), &
+                             wall%friction_coefficient*pressing(i), least, g)
             end if
           end associate
         end do
@@ -89,16 +93,18 @@ contains
   end subroutine apply_wall_friction
 
   !> Friction on wall `c` at its node `on`, by an impulse of at most `limit`.
-  subroutine stop_node(sim, c, on, limit, least, g)
-    type(simulation_t), intent(inout) :: sim
+  subroutine stop_node(scene, nodes, budget, c, on, limit, least, g)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(budget_t), intent(inout) :: budget
     integer, intent(in) :: c, on
     real(rp), intent(in) :: limit  !! largest impulse [N s]
     real(rp), intent(in) :: least  !! smallest nodal inertia [kg]
-    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)
     real(rp) :: change(3), impulse(3), inertia(2), spans(3), v(3), w(2), work
     integer :: ijk(3), k, node(2), step
 
-    associate (wall => sim%scene%symmetry(c), patch => sim%nodes%patch)
+    associate (wall => scene%symmetry(c), patch => nodes%patch)
       if (limit <= 0.0_rp .or. g(8, on) <= min_node_mass) return
       ijk = patch%indices(on)
       step = merge(1, -1, wall%faces_up)
@@ -106,7 +112,7 @@ contains
       if (ijk(wall%axis) + step > patch%all%hi(wall%axis)) return
       node = [on, on + step*patch%stride(wall%axis)]
       w = [1.0_rp, 0.0_rp]
-      if (sim%scene%method%is_bspline) w = [0.75_rp, 0.25_rp]
+      if (scene%method%is_bspline) w = [0.75_rp, 0.25_rp]
       associate (grading => patch%grading(wall%axis))
         if (grading%is_graded) then
           spans = grading%weights(ijk(wall%axis), 0.0_rp)
@@ -127,8 +133,8 @@ contains
         g(5:7, node(k)) = g(5:7, node(k)) + change
       end do
       if (.not. patch%own%has(ijk)) return
-      sim%budget%impulse(:, wall%place) = sim%budget%impulse(:, wall%place) + impulse
-      sim%budget%sums(e_wall) = sim%budget%sums(e_wall) + work
+      budget%impulse(:, wall%place) = budget%impulse(:, wall%place) + impulse
+      budget%sums(e_wall) = budget%sums(e_wall) + work
     end associate
   end subroutine stop_node
 
@@ -230,22 +236,23 @@ contains
 
   !> Collective. Copy the lanes `lanes` of the nodes of columns along one axis from the ranks that
   !> store these columns whole.
-  subroutine copy_columns(sim, along, lanes, g)
-    type(simulation_t), intent(inout) :: sim
+  subroutine copy_columns(world, nodes, along, lanes, g)
+    type(world_t), intent(in) :: world
+    type(nodes_t), intent(inout) :: nodes
     type(column_nodes_t), intent(in) :: along
     integer, intent(in) :: lanes(:)
-    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)
     real(rp) :: values(size(lanes), size(along%node))
     integer, allocatable :: place(:)
     integer :: e, n
 
     n = size(along%node)
-    allocate (place(sim%nodes%patch%nn), source=0)
+    allocate (place(nodes%patch%nn), source=0)
     place(along%node) = [(e, e=1, n)]
     do e = 1, n
       values(:, e) = merge(g(lanes, along%node(e)), -huge(1.0_rp), along%is_known(e))
     end do
-    call sim%nodes%halo%combine(sim%world, .true., sim%nodes%patch%nn, place, n, along%node, &
+    call nodes%halo%combine(world, .true., nodes%patch%nn, place, n, along%node, &
                                 size(lanes), values)
     do e = 1, n
       if (any(values(:, e) <= -huge(1.0_rp))) cycle
@@ -280,7 +287,8 @@ contains
           end associate
         end do
         if (sim%boundary%along(axis)%is_cut) then
-          call copy_columns(sim, sim%boundary%along(axis), [5, 6, 7], increment(:, :, k))
+          call copy_columns(sim%world, sim%nodes, sim%boundary%along(axis), [5, 6, 7], &
+                            increment(:, :, k))
         end if
       end do
       do i = 1, sim%boundary%n_fixed
@@ -301,7 +309,7 @@ contains
 
     do c = 1, size(sim%scene%clamp)
       do k = 1, size(sim%tool)
-        meets(k, c) = enters_box(sim, k, c)
+        meets(k, c) = enters_box(sim%scene, sim%tool, k, c)
       end do
     end do
     if (.not. any(meets) .and. .not. allocated(sim%boundary%listed_node)) return
@@ -340,19 +348,20 @@ contains
         call sim%tool(k)%distance(x, d, n, edge)
         if (d >= length_along(sim%nodes%patch%edges_at(x), n)) cycle
         if (.not. sim%scene%clamp(c)%clamp%held(maxloc(abs(n), dim=1))) cycle
-        if (d <= 0.0_rp .or. box_has(sim, c, x - d*n)) holds = .false.
+        if (d <= 0.0_rp .or. box_has(sim%scene, sim%clock, sim%nodes, c, x - d*n)) holds = .false.
       end do
     end function holds
   end subroutine release_near_tools
 
   !> True if tool `k` moves relative to clamp `c` and its bounding box overlaps that of the clamp.
-  pure logical function enters_box(sim, k, c)
-    type(simulation_t), intent(in) :: sim
+  pure logical function enters_box(scene, tools, k, c)
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tools(:)
     integer, intent(in) :: k, c
     real(rp) :: lower(3), upper(3)
 
     enters_box = .false.
-    associate (tool => sim%tool(k), clamp => sim%scene%clamp(c)%clamp)
+    associate (tool => tools(k), clamp => scene%clamp(c)%clamp)
       if (clamp%is_wall .or. .not. tool%has_shape()) return
       if (.not. (tool%drive%is_free .or. .not. clamp%is_uniform .or. any(abs(tool%omega) > 0.0_rp) &
                  .or. any(abs(tool%velocity - clamp%velocity) > 0.0_rp))) return
@@ -362,8 +371,10 @@ contains
   end function enters_box
 
   !> True if `x` or one of its nearest images is inside the box of clamp `c`, which is not released.
-  pure logical function box_has(sim, c, x)
-    type(simulation_t), intent(in) :: sim
+  pure logical function box_has(scene, clock, nodes, c, x)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: c
     real(rp), intent(in) :: x(3)             !! position of the point [m]
     real(rp) :: y(3)
@@ -371,9 +382,9 @@ contains
     integer :: turn
 
     box_has = .false.
-    if (sim%clock%time >= sim%scene%clamp(c)%clamp%until) return
+    if (clock%time >= scene%clamp(c)%clamp%until) return
     inside = .false.
-    associate (patch => sim%nodes%patch, clamp => sim%scene%clamp(c)%clamp)
+    associate (patch => nodes%patch, clamp => scene%clamp(c)%clamp)
       do turn = -1, 1
         y = x + patch%h*real(turn*patch%period, rp)
         inside = inside .or. (y >= clamp%lower - slack*patch%h &

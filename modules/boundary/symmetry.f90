@@ -8,14 +8,15 @@
 module boundary_symmetry
   use base_kinds, only: rp
   use simulation_conditions, only: symmetry_t
-  use simulation_parts, only: mirrors_t, simulation_t
-  use simulation_run, only: e_wall_heat
+  use simulation_nodes, only: nodes_t
+  use simulation_parts, only: boundary_t, mirrors_t
+  use simulation_run, only: budget_t, e_wall_heat
   use simulation_scene, only: scene_t
   implicit none (type, external)
   private
 
   public :: list_mirrors, split_mirrors, narrow_mirrors, reflect, restore, restore_velocities, &
-            add_lost, record_impulse, record_wall_heat, swap_lists
+            add_lost, record_impulse, record_wall_heat
 
   ! Parts of a reflection (run_order): nodes shared between ranks, all others.
   integer, parameter, public :: shared_part = 1, interior_part = 2
@@ -35,54 +36,57 @@ contains
 
   !> List the nodes in use on and behind the walls, and their mirror nodes; pairs in the order x, y,
   !> z.
-  subroutine list_mirrors(sim)
-    type(simulation_t), intent(inout) :: sim
+  subroutine list_mirrors(scene, nodes, boundary)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(boundary_t), intent(inout) :: boundary
     logical, allocatable :: used(:)
     integer, allocatable :: pair(:, :), plane(:, :)
     integer :: axis, c, max_pairs, n(3), r
 
-    associate (m => sim%boundary%mirrors, planes => sim%scene%symmetry)
+    associate (m => boundary%mirrors, planes => scene%symmetry)
       m%n_pairs = 0
       m%n_planes = 0
       max_pairs = 0
-      if (sim%nodes%patch%nn > 0) then
-        n = sim%nodes%patch%all%hi - sim%nodes%patch%all%lo + 1
+      if (nodes%patch%nn > 0) then
+        n = nodes%patch%all%hi - nodes%patch%all%lo + 1
         do c = 1, size(planes)
-          max_pairs = max_pairs + sim%nodes%patch%nn/n(planes(c)%axis)
+          max_pairs = max_pairs + nodes%patch%nn/n(planes(c)%axis)
         end do
       end if
       allocate (pair(3, max_pairs), plane(2, max_pairs))
       if (max_pairs > 0) then
-        allocate (used(sim%nodes%patch%nn), source=.false.)
-        do r = 1, sim%nodes%n_ranges
-          used(sim%nodes%range(1, r):sim%nodes%range(2, r)) = .true.
+        allocate (used(nodes%patch%nn), source=.false.)
+        do r = 1, nodes%n_ranges
+          used(nodes%range(1, r):nodes%range(2, r)) = .true.
         end do
         do axis = 1, 3
           do c = 1, size(planes)
-            if (planes(c)%axis == axis) call add_plane(sim, c, used, pair, plane)
+            if (planes(c)%axis == axis) call add_plane(scene, nodes, boundary, c, used, pair, plane)
           end do
         end do
       end if
       m%pair = pair(:, 1:m%n_pairs)
       m%plane = plane(:, 1:m%n_planes)
       if (allocated(m%mass_behind)) deallocate (m%mass_behind)
-      allocate (m%mass_behind(m%n_pairs, sim%nodes%n_groups), source=0.0_rp)
+      allocate (m%mass_behind(m%n_pairs, nodes%n_groups), source=0.0_rp)
     end associate
   end subroutine list_mirrors
 
   !> Move pairs and planes with `marked` nodes to the front of the lists, to be reflected first;
   !> mirror nodes of marked ones, directly or around a corner, are marked as well, and with friction
   !> the node on the wall between them.
-  subroutine split_mirrors(sim, marked)
-    type(simulation_t), intent(inout) :: sim
+  subroutine split_mirrors(scene, boundary, marked)
+    type(scene_t), intent(in) :: scene
+    type(boundary_t), intent(inout) :: boundary
     logical, intent(inout) :: marked(:)
     integer :: i, nodes(3), turn
 
-    associate (m => sim%boundary%mirrors)
+    associate (m => boundary%mirrors)
       do turn = 1, 3                           ! a corner joins at most three axes
         do i = 1, m%n_pairs
           nodes = [m%pair(1:2, i), m%pair(1, i)]
-          if (sim%scene%symmetry(m%pair(3, i))%friction_coefficient > 0.0_rp) then
+          if (scene%symmetry(m%pair(3, i))%friction_coefficient > 0.0_rp) then
             nodes(3) = sum(nodes(1:2))/2
           end if
           if (any(marked(nodes))) marked(nodes) = .true.
@@ -96,18 +100,19 @@ contains
   end subroutine split_mirrors
 
   !> Store the mirrors of all particles and continue with those of the nodes in use.
-  subroutine narrow_mirrors(sim)
-    type(simulation_t), intent(inout) :: sim
-    logical :: used(sim%nodes%patch%nn)
+  subroutine narrow_mirrors(nodes, boundary)
+    type(nodes_t), intent(in) :: nodes
+    type(boundary_t), intent(inout) :: boundary
+    logical :: used(nodes%patch%nn)
     logical, allocatable :: keep(:)
     integer :: i, r
 
     used = .false.
-    do r = 1, sim%nodes%n_ranges
-      used(sim%nodes%range(1, r):sim%nodes%range(2, r)) = .true.
+    do r = 1, nodes%n_ranges
+      used(nodes%range(1, r):nodes%range(2, r)) = .true.
     end do
-    sim%boundary%resting_mirrors = sim%boundary%mirrors
-    associate (m => sim%boundary%mirrors, all => sim%boundary%resting_mirrors)
+    boundary%resting_mirrors = boundary%mirrors
+    associate (m => boundary%mirrors, all => boundary%resting_mirrors)
       keep = used(all%pair(1, :)) .or. used(all%pair(2, :))
       m%n_shared_pairs = count(keep(:all%n_shared_pairs))
       m%n_pairs = count(keep)
@@ -117,7 +122,7 @@ contains
       m%n_planes = count(keep)
       m%plane = all%plane(:, pack([(i, i=1, all%n_planes)], keep))
       deallocate (m%mass_behind)
-      allocate (m%mass_behind(m%n_pairs, sim%nodes%n_groups), source=0.0_rp)
+      allocate (m%mass_behind(m%n_pairs, nodes%n_groups), source=0.0_rp)
     end associate
   end subroutine narrow_mirrors
 
@@ -133,14 +138,16 @@ contains
   end subroutine put_first
 
   !> Append the nodes in use on plane `c`, and the pairs across it.
-  subroutine add_plane(sim, c, used, pair, plane)
-    type(simulation_t), intent(inout) :: sim
+  subroutine add_plane(scene, nodes, boundary, c, used, pair, plane)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(boundary_t), intent(inout) :: boundary
     integer, intent(in) :: c
     logical, intent(in) :: used(:)
     integer, intent(inout) :: pair(:, :), plane(:, :)
     integer :: a, across(2), behind(3), front(3), i, j, on(3), reach
 
-    associate (patch => sim%nodes%patch, symmetry => sim%scene%symmetry(c))
+    associate (patch => nodes%patch, symmetry => scene%symmetry(c))
       a = symmetry%axis
       across = pack([1, 2, 3], [1, 2, 3] /= a)
       reach = merge(1, -1, symmetry%faces_up)
@@ -153,12 +160,12 @@ contains
           behind(a) = on(a) - reach
           front(a) = on(a) + reach
           if (is_used(on)) then
-            sim%boundary%mirrors%n_planes = sim%boundary%mirrors%n_planes + 1
-            plane(:, sim%boundary%mirrors%n_planes) = [patch%node(on), c]
+            boundary%mirrors%n_planes = boundary%mirrors%n_planes + 1
+            plane(:, boundary%mirrors%n_planes) = [patch%node(on), c]
           end if
           if (.not. (is_used(behind) .and. is_used(front))) cycle
-          sim%boundary%mirrors%n_pairs = sim%boundary%mirrors%n_pairs + 1
-          pair(:, sim%boundary%mirrors%n_pairs) = [patch%node(behind), patch%node(front), c]
+          boundary%mirrors%n_pairs = boundary%mirrors%n_pairs + 1
+          pair(:, boundary%mirrors%n_pairs) = [patch%node(behind), patch%node(front), c]
         end do
       end do
     end associate
@@ -166,8 +173,8 @@ contains
     logical function is_used(ijk)
       integer, intent(in) :: ijk(3)
 
-      is_used = sim%nodes%patch%all%has(ijk)
-      if (is_used) is_used = used(sim%nodes%patch%node(ijk))
+      is_used = nodes%patch%all%has(ijk)
+      if (is_used) is_used = used(nodes%patch%node(ijk))
     end function is_used
   end subroutine add_plane
 
@@ -223,20 +230,22 @@ contains
   !> Reflect the records behind the walls to the nodes in front; records behind are zero then.
   !> `lost` accumulates the change of the sum over the nodes; `mass_behind` returns lane 1 of the
   !> nodes behind. At a wall with friction the nodes on it receive the force that presses on it.
-  subroutine reflect(sim, kind, g, lost, mass_behind, part)
-    type(simulation_t), intent(in) :: sim
+  subroutine reflect(scene, nodes, boundary, kind, g, lost, mass_behind, part)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(boundary_t), intent(in) :: boundary
     integer, intent(in) :: kind
-    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn), lost(8, size(sim%scene%symmetry))
-    real(rp), intent(inout), optional :: mass_behind(sim%boundary%mirrors%n_pairs)
+    real(rp), intent(inout) :: g(8, nodes%patch%nn), lost(8, size(scene%symmetry))
+    real(rp), intent(inout), optional :: mass_behind(boundary%mirrors%n_pairs)
     !> `shared_part` or `interior_part` of the nodes; absent: all.
     integer, intent(in), optional :: part
-    real(rp), dimension(8, size(sim%scene%symmetry)) :: sign, shift
+    real(rp), dimension(8, size(scene%symmetry)) :: sign, shift
     real(rp) :: odd(8)
     integer :: a, b, c, i, pairs(2), planes(2)
 
-    associate (m => sim%boundary%mirrors)
+    associate (m => boundary%mirrors)
       if (m%n_pairs + m%n_planes == 0) return
-      call reflections(sim%scene, kind, sign, shift)
+      call reflections(scene, kind, sign, shift)
       pairs = [1, m%n_pairs]
       planes = [1, m%n_planes]
       if (present(part)) then
@@ -251,8 +260,8 @@ contains
         c = m%pair(3, i)
         if (present(mass_behind)) mass_behind(i) = g(1, b)
         lost(:, c) = lost(:, c) + (sign(:, c) - 1.0_rp)*g(:, b)
-        if (kind == r_momentum .and. sim%scene%symmetry(c)%friction_coefficient > 0.0_rp) then
-          associate (lane => 4 + sim%scene%symmetry(c)%axis, on => (a + b)/2)
+        if (kind == r_momentum .and. scene%symmetry(c)%friction_coefficient > 0.0_rp) then
+          associate (lane => 4 + scene%symmetry(c)%axis, on => (a + b)/2)
             g(lane, on) = g(lane, on) + 2.0_rp*g(lane, b)
             lost(lane, c) = lost(lane, c) + 2.0_rp*g(lane, b)   ! counted at the node on the wall
           end associate
@@ -265,8 +274,8 @@ contains
         c = m%plane(2, i)
         odd = 0.5_rp*(1.0_rp - sign(:, c))
         lost(:, c) = lost(:, c) - odd*g(:, a)
-        if (kind == r_momentum .and. sim%scene%symmetry(c)%friction_coefficient > 0.0_rp) then
-          odd(4 + sim%scene%symmetry(c)%axis) = 0.0_rp
+        if (kind == r_momentum .and. scene%symmetry(c)%friction_coefficient > 0.0_rp) then
+          odd(4 + scene%symmetry(c)%axis) = 0.0_rp
         end if
         g(:, a) = (1.0_rp - odd)*g(:, a) + 0.5_rp*shift(:, c)*g(1, a)
       end do
@@ -274,16 +283,18 @@ contains
   end subroutine reflect
 
   !> Set the nodes behind the walls to the mirrored values of those in front.
-  subroutine restore(sim, kind, g)
-    type(simulation_t), intent(in) :: sim
+  subroutine restore(scene, nodes, boundary, kind, g)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(boundary_t), intent(in) :: boundary
     integer, intent(in) :: kind
-    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
-    real(rp), dimension(8, size(sim%scene%symmetry)) :: sign, shift
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)
+    real(rp), dimension(8, size(scene%symmetry)) :: sign, shift
     integer :: c, i
 
-    associate (m => sim%boundary%mirrors)
+    associate (m => boundary%mirrors)
       if (m%n_pairs == 0) return
-      call reflections(sim%scene, kind, sign, shift)
+      call reflections(scene, kind, sign, shift)
       do i = m%n_pairs, 1, -1
         c = m%pair(3, i)
         g(:, m%pair(1, i)) = sign(:, c)*g(:, m%pair(2, i)) + shift(:, c)
@@ -292,13 +303,15 @@ contains
   end subroutine restore
 
   !> Set the nodes behind the walls to the mirrored velocities, for all groups of bodies.
-  subroutine restore_velocities(sim, g)
-    type(simulation_t), intent(in) :: sim
-    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+  subroutine restore_velocities(scene, nodes, boundary, g)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(boundary_t), intent(in) :: boundary
+    real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
     integer :: k
 
-    do k = 1, sim%nodes%n_groups
-      call restore(sim, r_velocity, g(:, :, k))
+    do k = 1, nodes%n_groups
+      call restore(scene, nodes, boundary, r_velocity, g(:, :, k))
     end do
   end subroutine restore_velocities
 
@@ -320,25 +333,26 @@ contains
   !> momentum by the nodal velocity changes less that by their own forces. For s = -1 a pair adds -2
   !> (m_b dv_a + dt f_b) with this rank's mass and force of the node behind, a node on the wall -dt
   !> f. The momentum of resting particles does not change: they contribute force only.
-  subroutine record_impulse(sim, dt, g)
-    type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: dt                                !! time step [s]
-    real(rp), intent(in) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)   !! velocity records
+  subroutine record_impulse(scene, boundary, budget, dt, g)
+    type(scene_t), intent(in) :: scene
+    type(boundary_t), intent(in) :: boundary
+    type(budget_t), intent(inout) :: budget
+    real(rp), intent(in) :: dt             !! time step [s]
+    real(rp), intent(in) :: g(:, :, :)     !! (8, nn, n_groups) velocity records
     real(rp) :: mass
     integer :: a, c, i, k
 
-    associate (m => sim%boundary%mirrors)
+    associate (m => boundary%mirrors)
       if (m%n_pairs + m%n_planes == 0) return
-      call add_lost(sim%scene, dt, m%lost, sim%budget%impulse)
-      do k = 1, sim%nodes%n_groups
+      call add_lost(scene, dt, m%lost, budget%impulse)
+      do k = 1, size(g, 3)
         do i = 1, m%n_pairs
           a = m%pair(2, i)
           c = m%pair(3, i)
           mass = m%mass_behind(i, k)
-          if (allocated(sim%boundary%mirrors%resting_mass_behind)) mass = mass &
-            - sim%boundary%mirrors%resting_mass_behind(i)
-          associate (impulse => sim%budget%impulse(:, sim%scene%symmetry(c)%place))
-            impulse = impulse - merge(2.0_rp, 0.0_rp, sim%scene%symmetry(c)%odd)*mass*g(5:7, a, k)
+          if (allocated(m%resting_mass_behind)) mass = mass - m%resting_mass_behind(i)
+          associate (impulse => budget%impulse(:, scene%symmetry(c)%place))
+            impulse = impulse - merge(2.0_rp, 0.0_rp, scene%symmetry(c)%odd)*mass*g(5:7, a, k)
           end associate
         end do
       end do
@@ -347,43 +361,25 @@ contains
 
   !> Record the heat that the walls give to this rank's particles when these take lane 5 of `g`;
   !> `lost` is the change of heat by reflections. As for momentum: -2 (C_b dT_a + q_b), -q.
-  subroutine record_wall_heat(sim, lost, group, g)
-    type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: lost(size(sim%scene%symmetry))   !! change of heat by reflections [J]
+  subroutine record_wall_heat(scene, boundary, budget, lost, group, g)
+    type(scene_t), intent(in) :: scene
+    type(boundary_t), intent(in) :: boundary
+    type(budget_t), intent(inout) :: budget
+    real(rp), intent(in) :: lost(size(scene%symmetry))   !! change of heat by reflections [J]
     integer, intent(in) :: group
-    real(rp), intent(in) :: g(8, sim%nodes%patch%nn)   !! temperature increments in lane 5 [K]
+    real(rp), intent(in) :: g(:, :)   !! (8, nn) temperature increments in lane 5 [K]
     real(rp) :: heat
     integer :: i
 
-    associate (m => sim%boundary%mirrors)
+    associate (m => boundary%mirrors)
       if (m%n_pairs + m%n_planes == 0) return
       heat = sum(lost)
       do i = 1, m%n_pairs
-        if (sim%scene%symmetry(m%pair(3, i))%temperature <= 0.0_rp) cycle
+        if (scene%symmetry(m%pair(3, i))%temperature <= 0.0_rp) cycle
         heat = heat - 2.0_rp*m%mass_behind(i, group)*g(5, m%pair(2, i))
       end do
-      sim%budget%sums(e_wall_heat) = sim%budget%sums(e_wall_heat) + heat
+      budget%sums(e_wall_heat) = budget%sums(e_wall_heat) + heat
     end associate
   end subroutine record_wall_heat
-
-  !> Swap the lists of nodes and mirrors: conduction uses the nodes of all particles, steps those of
-  !> awake particles and of the held layer, with zeros elsewhere.
-  subroutine swap_lists(sim)
-    type(simulation_t), intent(inout) :: sim
-    type(mirrors_t) :: mirrors
-    integer, allocatable :: list(:, :)
-    integer :: n
-
-    if (.not. sim%scene%method%sleep%is_on) return
-    mirrors = sim%boundary%mirrors
-    sim%boundary%mirrors = sim%boundary%resting_mirrors
-    sim%boundary%resting_mirrors = mirrors
-    n = sim%nodes%n_ranges
-    sim%nodes%n_ranges = sim%nodes%n_resting_ranges
-    sim%nodes%n_resting_ranges = n
-    call move_alloc(sim%nodes%range, list)
-    call move_alloc(sim%nodes%resting_range, sim%nodes%range)
-    call move_alloc(list, sim%nodes%resting_range)
-  end subroutine swap_lists
 
 end module boundary_symmetry

@@ -43,10 +43,10 @@ module contact_tool_impulses
                                 restore_masses, restore_fractions, find_separate_sides
   use simulation_nodes, only: min_node_inertia, min_node_mass, nodes_t
   use simulation_parts, only: simulation_t
-  use simulation_scene, only: scheme_usl
-  use simulation_tool_lists, only: add_values, m_touching, m_last_impulse, m_pushed, n_both, &
-                                   n_masses, n_values, load_return, v_transition, v_coulomb, &
-                                   v_stick, v_normal, v_max_friction
+  use simulation_scene, only: scene_t, scheme_usl
+  use simulation_tool_lists, only: add_values, load_return, m_last_impulse, m_pushed, m_touching, &
+                                   n_both, n_masses, n_values, tool_contact_t, v_coulomb, &
+                                   v_max_friction, v_normal, v_stick, v_transition
   use tools_law, only: friction_law_t, of_slip
   use tools_tool, only: rigid_t, tool_t
   implicit none (type, external)
@@ -73,12 +73,12 @@ contains
     real(rp), intent(in) :: dt                    !! time step [s]
     real(rp), intent(in) :: g(8, sim%nodes%patch%nn)   !! velocity records of the group
 
-    call find_separate_sides(sim, sim%tool(k)%mean_motion(sim%clock%time, dt))
-    call list_nodes(sim, sim%tool(k), g)
-    call mark_held(sim)
+    call find_separate_sides(sim%scene, sim%contact, sim%tool(k)%mean_motion(sim%clock%time, dt))
+    call list_nodes(sim%scene, sim%nodes, sim%contact, sim%tool(k), g)
+    call mark_held(sim%scene, sim%boundary, sim%contact)
     call find_contact_particles(sim, k, group, dt, g)
-    call add_masses(sim, sim%scene%method%scheme /= scheme_usl)
-    call reflect_masses(sim)
+    call add_masses(sim%nodes, sim%contact, sim%scene%method%scheme /= scheme_usl)
+    call reflect_masses(sim%scene, sim%contact)
   end subroutine find_contact
 
   !> Compute the impulses of tool `k` at the nodes of this rank, to be summed over the ranks.
@@ -88,10 +88,10 @@ contains
     real(rp), intent(in) :: dt                 !! time step [s]
     real(rp), intent(in) :: g(8, sim%nodes%patch%nn)
 
-    call restore_masses(sim)
+    call restore_masses(sim%scene, sim%contact)
     call add_impulses(sim, sim%tool(k), dt, g)
     sim%contact%local_values = sim%contact%values(:n_values, :)
-    call reflect_values(sim)
+    call reflect_values(sim%scene, sim%contact)
   end subroutine find_impulses
 
   !> Apply the impulses of tool `k`: nodal velocities, sums of the tool, and friction heat to the
@@ -104,10 +104,10 @@ contains
     type(rigid_t) :: rigid
 
     call push_nodes(sim, sim%tool(k)%friction_law, g)
-    call restore(sim, r_velocity, g)
+    call restore(sim%scene, sim%nodes, sim%boundary, r_velocity, g)
     call update_surface_offset(sim, dt, g)
     call store_contact_history(sim, sim%tool(k)%friction_law, dt)
-    call strain_surface(sim, dt)
+    call strain_surface(sim%scene, sim%particles, sim%contact, dt)
     rigid = sim%tool(k)%mean_motion(sim%clock%time, dt)
     call record_tool_load(sim%nodes, sim%contact, rigid, sim%tool(k), g)
     call give_heat(sim%scene, sim%particles, sim%contact, rigid, dt, sim%tool(k))
@@ -115,48 +115,50 @@ contains
 
   !> List the nodes with mass near the tool, or in the bounding box of a finite one: the same on all
   !> ranks that store them.
-  subroutine list_nodes(sim, tool, g)
-    type(simulation_t), intent(inout) :: sim
+  subroutine list_nodes(scene, nodes, contact, tool, g)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(tool_contact_t), intent(inout) :: contact
     type(tool_t), intent(in) :: tool
-    real(rp), intent(in) :: g(8, sim%nodes%patch%nn)
+    real(rp), intent(in) :: g(8, nodes%patch%nn)
     real(rp) :: lower(3), upper(3), margin(3), x(3)
     integer :: first, i, last, r
     logical :: is_bounded
 
-    margin = band*sim%scene%grid%longest_edges()
+    margin = band*scene%grid%longest_edges()
     call tool%bounds(lower, upper)
-    where (sim%scene%grid%period > 0) lower = -huge(1.0_rp)
-    where (sim%scene%grid%period > 0) upper = huge(1.0_rp)
+    where (scene%grid%period > 0) lower = -huge(1.0_rp)
+    where (scene%grid%period > 0) upper = huge(1.0_rp)
     is_bounded = all(abs([lower, upper]) < huge(1.0_rp))
-    call sim%contact%reset(sim%nodes%patch%nn)
-    do r = 1, sim%nodes%n_ranges
-      x = sim%nodes%patch%position(sim%nodes%range(1, r))
+    call contact%reset(nodes%patch%nn)
+    do r = 1, nodes%n_ranges
+      x = nodes%patch%position(nodes%range(1, r))
       if (any(x(1:2) < lower(1:2) - margin(1:2)) .or. any(x(1:2) > upper(1:2) + margin(1:2))) cycle
-      first = sim%nodes%range(1, r)
-      last = sim%nodes%range(2, r)
-      if (is_bounded .and. sim%scene%grid%grading(3)%is_graded) then
+      first = nodes%range(1, r)
+      last = nodes%range(2, r)
+      if (is_bounded .and. scene%grid%grading(3)%is_graded) then
         last = first + floor(min(real(last - first, rp), nodes_up_to(x(3), upper(3) + margin(3))))
         first = first + ceiling(max(0.0_rp, nodes_up_to(x(3), lower(3) - margin(3))))
       else if (is_bounded) then                  ! nodes of a run ascend in z
         last = first &
-          + floor(min(real(last - first, rp), (upper(3) + margin(3) - x(3))/sim%nodes%patch%h(3)))
-        first = first + ceiling(max(0.0_rp, (lower(3) - margin(3) - x(3))/sim%nodes%patch%h(3)))
+          + floor(min(real(last - first, rp), (upper(3) + margin(3) - x(3))/nodes%patch%h(3)))
+        first = first + ceiling(max(0.0_rp, (lower(3) - margin(3) - x(3))/nodes%patch%h(3)))
       end if
       do i = first, last
         if (g(8, i) <= min_node_mass) cycle
         if (.not. is_bounded) then
-          if (image_distance(sim%nodes, tool, sim%nodes%patch%position(i)) >= maxval(margin)) cycle
+          if (image_distance(nodes, tool, nodes%patch%position(i)) >= maxval(margin)) cycle
         end if
-        call sim%contact%add_node(i)
+        call contact%add_node(i)
       end do
     end do
-    call sim%contact%prepare()
+    call contact%prepare()
   contains
     !> Number of nodes from the one at `z` up to `limit`.
     pure real(rp) function nodes_up_to(z, limit)
       real(rp), intent(in) :: z, limit       !! height of the node, largest height [m]
 
-      associate (grading => sim%scene%grid%grading(3))
+      associate (grading => scene%grid%grading(3))
         nodes_up_to = grading%place(limit) - grading%place(z)
       end associate
     end function nodes_up_to
@@ -185,30 +187,29 @@ contains
 
   !> Sum at the nodes the masses of the particles in contact, the masses of the pushed ones, and the
   !> impulses by the forces of the last step.
-  subroutine add_masses(sim, remaps_velocities)
-    type(simulation_t), intent(inout) :: sim
+  subroutine add_masses(nodes, contact, remaps_velocities)
+    type(nodes_t), intent(in) :: nodes
+    type(tool_contact_t), intent(inout) :: contact
     !> Strains follow velocities mapped again from the particles (MUSL, USAVG).
     logical, intent(in) :: remaps_velocities
     real(rp) :: mass(n_masses)
     integer :: i, p
 
-    associate (contact => sim%contact)
-      do p = 1, contact%n
-        associate (t => contact%particle(p))
-          call contact%find_nodes(sim%nodes%patch%stride, t)
-          if (t%closing_velocity <= 0.0_rp .or. remaps_velocities) t%normal_impulse = 0.0_rp
-          if (remaps_velocities) t%last_friction = 0.0_rp
-          mass = 0.0_rp
-          mass(m_touching) = t%mass
-          if (max(t%closing_velocity, t%edge_closing_velocity) > 0.0_rp) mass(m_pushed) = t%mass
-          mass(m_last_impulse:m_last_impulse + 2) = t%normal_impulse*t%normal + t%last_friction
-          do i = 1, 27
-            if (t%entry(i) == 0) cycle
-            contact%mass(:, t%entry(i)) = contact%mass(:, t%entry(i)) + t%weight(i)*mass
-          end do
-        end associate
-      end do
-    end associate
+    do p = 1, contact%n
+      associate (t => contact%particle(p))
+        call contact%find_nodes(nodes%patch%stride, t)
+        if (t%closing_velocity <= 0.0_rp .or. remaps_velocities) t%normal_impulse = 0.0_rp
+        if (remaps_velocities) t%last_friction = 0.0_rp
+        mass = 0.0_rp
+        mass(m_touching) = t%mass
+        if (max(t%closing_velocity, t%edge_closing_velocity) > 0.0_rp) mass(m_pushed) = t%mass
+        mass(m_last_impulse:m_last_impulse + 2) = t%normal_impulse*t%normal + t%last_friction
+        do i = 1, 27
+          if (t%entry(i) == 0) cycle
+          contact%mass(:, t%entry(i)) = contact%mass(:, t%entry(i)) + t%weight(i)*mass
+        end do
+      end associate
+    end do
   end subroutine add_masses
 
   !> Sum the impulses of the particles in contact at the nodes.
@@ -297,7 +298,7 @@ contains
         end associate
       end do
     end associate
-    call restore_fractions(sim)
+    call restore_fractions(sim%scene, sim%contact)
     do e = 1, sim%contact%n_nodes
       sim%contact%coulomb_unused(e) = 0.0_rp
       associate (values => sim%contact%values(:, e))

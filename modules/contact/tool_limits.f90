@@ -23,7 +23,7 @@ module contact_tool_limits
   use particles_store, only: f_heat, f_jac, f_mass, f_plastic, f_pos, f_rate, f_tau, f_temp
   use physics_material, only: material_t
   use physics_stress, only: compute_flow_strength
-  use simulation_parts, only: simulation_t
+  use simulation_nodes, only: nodes_t
   use simulation_scene, only: scene_t
   use simulation_tool_lists, only: candidates_t, contact_particle_t
   use tools_law, only: friction_law_t, friction_table_t, law_coulomb, of_nothing
@@ -106,8 +106,10 @@ contains
   !> Replace the weights `w` of candidates at an edge by those of the covered part of their domains:
   !> a pressure on the whole domain would act beyond the edge, as if the tool were wider by a fifth
   !> of a cell.
-  subroutine cut_at_edges(sim, near, first, w)
-    type(simulation_t), intent(in) :: sim
+  subroutine cut_at_edges(scene, tools, nodes, near, first, w)
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tools(:)
+    type(nodes_t), intent(in) :: nodes
     type(candidates_t), intent(in) :: near
     integer, intent(in) :: first(nlane)
     real(rp), intent(inout) :: w(nlane, 18)
@@ -116,20 +118,19 @@ contains
 
     do p = 1, near%n
       x = near%ps(p, f_pos:f_pos + 2)
-      h = sim%nodes%patch%edges_at(x)
-      half = sim%scene%domain(near%body)
-      if (sim%scene%layout%half > 0) half = near%ps(p, &
-                                                    sim%scene%layout%half:sim%scene%layout%half + 2)
-      call sim%tool(near%tool)%distance(x, gap, unused, edge_distance)
+      h = nodes%patch%edges_at(x)
+      half = scene%domain(near%body)
+      if (scene%layout%half > 0) half = near%ps(p, scene%layout%half:scene%layout%half + 2)
+      call tools(near%tool)%distance(x, gap, unused, edge_distance)
       if (edge_distance >= norm2(half*h)) cycle
-      slope = edge_gradient(sim%tool(near%tool), x, near%normal(:, p), minval(h))
+      slope = edge_gradient(tools(near%tool), x, near%normal(:, p), minval(h))
       cut = min(half, max(0.0_rp, norm2(slope*half*h) - max(0.0_rp, edge_distance))*abs(slope)/h)
       do a = 1, 3
         if (cut(a) <= 0.0_rp) cycle
         associate (row => w(p, 3*a - 2:3*a))
-          row = domain_weights(place_on_axis(sim%nodes, a, x, first(p)) &
+          row = domain_weights(place_on_axis(nodes, a, x, first(p)) &
                                + sign(0.5_rp*cut(a), slope(a)), half(a) - 0.5_rp*cut(a))
-          call scale_by_spans(sim%nodes%patch, a, first(p), row)
+          call scale_by_spans(nodes%patch, a, first(p), row)
         end associate
       end do
     end do

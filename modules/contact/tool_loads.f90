@@ -8,10 +8,9 @@ module contact_tool_loads
   use particles_store, only: f_heat, f_mass, f_plastic, f_pos, f_temp, particles_t
   use physics_flow_law, only: n_work
   use simulation_nodes, only: nodes_t
-  use simulation_parts, only: simulation_t
   use simulation_scene, only: scene_t
-  use simulation_tool_lists, only: contact_particle_t, tool_contact_t, v_coulomb, v_stick, &
-                                   v_normal, v_max_friction
+  use simulation_tool_lists, only: contact_particle_t, tool_contact_t, v_coulomb, v_max_friction, &
+                                   v_normal, v_stick
   use tools_sums, only: s_area, s_excess_speed, s_face_temperature, s_layer_slip, &
                         s_layer_strength, s_layer_thickness, s_layer_work, s_surface_slip, &
                         s_surface_speed, s_to_plate
@@ -153,31 +152,33 @@ contains
   !> Strain the particles of the layer by the shear at their centres in `dt` beyond their own strain
   !> rate. At nodes where friction is below the strength of the layer, by Coulomb's law or because
   !> the metal sticks, the shear rate is reduced according to the rate sensitivity.
-  subroutine strain_surface(sim, dt)
-    type(simulation_t), intent(inout) :: sim
+  subroutine strain_surface(scene, particles, contact, dt)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(inout) :: particles
+    type(tool_contact_t), intent(inout) :: contact
     real(rp), intent(in) :: dt                 !! time step [s]
     integer :: at(nlane), body, n, p
     real(rp) :: log_rate(nlane), log_rate_reduction, x(nlane)
 
     n = 0
     body = 0
-    do p = 1, sim%contact%n
-      associate (t => sim%contact%particle(p))
+    do p = 1, contact%n
+      associate (t => contact%particle(p))
         if (t%layer_depth <= 0.0_rp) cycle
-        if (n == nlane .or. (n > 0 .and. sim%particles%body(t%block) /= body)) then
-          call strain_particles(sim, body, n, at, x, log_rate)
+        if (n == nlane .or. (n > 0 .and. particles%body(t%block) /= body)) then
+          call strain_particles(scene, particles, contact, body, n, at, x, log_rate)
           n = 0
         end if
-        body = sim%particles%body(t%block)
+        body = particles%body(t%block)
         n = n + 1
         at(n) = p
-        call reduce_layer_rate(used_strength(sim%contact, p), norm2(t%normal*t%spacing), t, &
+        call reduce_layer_rate(used_strength(contact, p), norm2(t%normal*t%spacing), t, &
                                log_rate_reduction)
         log_rate(n) = t%log_rate + log_rate_reduction
         x(n) = dt*max(0.0_rp, exp(log_rate(n)) - t%resolved_rate)
       end associate
     end do
-    if (n > 0) call strain_particles(sim, body, n, at, x, log_rate)
+    if (n > 0) call strain_particles(scene, particles, contact, body, n, at, x, log_rate)
   end subroutine strain_surface
 
   !> Fraction of the layer strength used by friction at the nodes of the `p`-th particle in contact.
@@ -201,21 +202,22 @@ contains
 
   !> Add the plastic strain `x` at the rate exp(log_rate) to `n` particles in contact, at the
   !> positions `at` of their list.
-  subroutine strain_particles(sim, body, n, at, x, log_rate)
-    type(simulation_t), intent(inout) :: sim
+  subroutine strain_particles(scene, particles, contact, body, n, at, x, log_rate)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(inout) :: particles
+    type(tool_contact_t), intent(in) :: contact
     integer, intent(in) :: body, n, at(nlane)
     real(rp), intent(inout) :: x(nlane), log_rate(nlane)
-    real(rp) :: state(nlane, sim%scene%layout%n_law), temp(nlane), work(nlane, n_work)
+    real(rp) :: state(nlane, scene%layout%n_law), temp(nlane), work(nlane, n_work)
     integer :: i
 
-    associate (flow => sim%scene%material(sim%scene%body(body)%material)%flow, &
-               layout => sim%scene%layout)
+    associate (flow => scene%material(scene%body(body)%material)%flow, layout => scene%layout)
       x(n + 1:) = 0.0_rp
       log_rate(n + 1:) = log_rate(1)
       temp = 0.0_rp
       do i = 1, n
-        associate (t => sim%contact%particle(at(i)))
-          associate (ps => sim%particles%ps(t%lane, :, t%block))
+        associate (t => contact%particle(at(i)))
+          associate (ps => particles%ps(t%lane, :, t%block))
             ps(f_plastic) = ps(f_plastic) + x(i)
             temp(i) = ps(f_temp)
             state(i, :) = ps(layout%law:layout%law + layout%n_law - 1)
@@ -228,8 +230,8 @@ contains
       call flow%prepare(temp, state, work)
       call flow%advance(work, x, log_rate, state)
       do i = 1, n
-        associate (t => sim%contact%particle(at(i)))
-          sim%particles%ps(t%lane, layout%law:layout%law + layout%n_law - 1, t%block) = state(i, :)
+        associate (t => contact%particle(at(i)))
+          particles%ps(t%lane, layout%law:layout%law + layout%n_law - 1, t%block) = state(i, :)
         end associate
       end do
     end associate

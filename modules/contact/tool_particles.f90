@@ -137,7 +137,7 @@ contains
     end associate
     call near%pad_lanes()
     call weights_of(sim%scene, sim%nodes, near%body, sim%scene%layout%n, near%ps, w, first)
-    if (.not. particle%can_flow) call cut_at_edges(sim, near, first, w)
+    if (.not. particle%can_flow) call cut_at_edges(sim%scene, sim%tool, sim%nodes, near, first, w)
     do p = 1, near%n
       particle%candidate = p
       particle%block = near%block(p)

@@ -11,10 +11,11 @@
 !> part of the values of the node in front, which a rank may store without the one behind.
 module contact_tool_walls
   use base_kinds, only: rp
-  use simulation_parts, only: simulation_t
+  use simulation_parts, only: boundary_t, simulation_t
   use simulation_run, only: e_wall
   use simulation_scene, only: scene_t
-  use simulation_tool_lists, only: m_last_impulse, n_both, n_masses, n_values, v_normal, v_stick
+  use simulation_tool_lists, only: m_last_impulse, n_both, n_masses, n_values, tool_contact_t, &
+                                   v_normal, v_stick
   use tools_tool, only: rigid_t
   implicit none (type, external)
   private
@@ -28,61 +29,63 @@ contains
 
   !> Find the planes on whose sides friction is limited separately, for a tool with the given
   !> motion.
-  pure subroutine find_separate_sides(sim, rigid)
-    type(simulation_t), intent(inout) :: sim
+  pure subroutine find_separate_sides(scene, contact, rigid)
+    type(scene_t), intent(in) :: scene
+    type(tool_contact_t), intent(inout) :: contact
     type(rigid_t), intent(in) :: rigid
     real(rp) :: across(3), along(3)
     integer :: c
 
-    if (.not. allocated(sim%contact%has_separate_sides)) then
-      allocate (sim%contact%has_separate_sides(size(sim%scene%symmetry)))
+    if (.not. allocated(contact%has_separate_sides)) then
+      allocate (contact%has_separate_sides(size(scene%symmetry)))
     end if
-    do c = 1, size(sim%scene%symmetry)
-      associate (plane => sim%scene%symmetry(c))
+    do c = 1, size(scene%symmetry)
+      associate (plane => scene%symmetry(c))
         along = merge(1.0_rp, 0.0_rp, [1, 2, 3] == plane%axis)
         across = 1.0_rp - along
-        sim%contact%has_separate_sides(c) = all(plane%odd) &
+        contact%has_separate_sides(c) = all(plane%odd) &
           .or. norm2(along*rigid%velocity) > slack*norm2(rigid%velocity) &
           .or. norm2(across*rigid%omega) > slack*norm2(rigid%omega)
       end associate
     end do
-    sim%contact%width = merge(n_both, n_values, any(sim%contact%has_separate_sides))
+    contact%width = merge(n_both, n_values, any(contact%has_separate_sides))
   end subroutine find_separate_sides
 
   !> Mark directions in which a wall or clamp holds the listed nodes, or in which reflection changes
   !> the sign, and list the entries at planes of symmetry.
-  subroutine mark_held(sim)
-    type(simulation_t), intent(inout) :: sim
+  subroutine mark_held(scene, boundary, contact)
+    type(scene_t), intent(in) :: scene
+    type(boundary_t), intent(in) :: boundary
+    type(tool_contact_t), intent(inout) :: contact
     integer :: c, e, i, k
 
-    do i = 1, sim%boundary%n_fixed
-      e = sim%contact%entry_of(sim%boundary%fixed(1, i))
+    do i = 1, boundary%n_fixed
+      e = contact%entry_of(boundary%fixed(1, i))
       if (e == 0) cycle
-      where (sim%scene%clamp(sim%boundary%fixed(2, i))%clamp%held) &
-        sim%contact%free_direction(:, e) = 0.0_rp
+      where (scene%clamp(boundary%fixed(2, i))%clamp%held) contact%free_direction(:, e) = 0.0_rp
     end do
-    associate (m => sim%boundary%mirrors, at => sim%contact%entry_of)
-      sim%contact%pair = m%pair(:, pack([(i, i=1, m%n_pairs)], at(m%pair(1, :m%n_pairs)) > 0 &
+    associate (m => boundary%mirrors, at => contact%entry_of)
+      contact%pair = m%pair(:, pack([(i, i=1, m%n_pairs)], at(m%pair(1, :m%n_pairs)) > 0 &
                                         .or. at(m%pair(2, :m%n_pairs)) > 0))
-      sim%contact%plane = m%plane(:, pack([(i, i=1, m%n_planes)], at(m%plane(1, :m%n_planes)) > 0))
-      do i = 1, size(sim%contact%pair, 2)
-        sim%contact%pair(1:2, i) = at(sim%contact%pair(1:2, i))
+      contact%plane = m%plane(:, pack([(i, i=1, m%n_planes)], at(m%plane(1, :m%n_planes)) > 0))
+      do i = 1, size(contact%pair, 2)
+        contact%pair(1:2, i) = at(contact%pair(1:2, i))
       end do
-      sim%contact%plane(1, :) = at(sim%contact%plane(1, :))
+      contact%plane(1, :) = at(contact%plane(1, :))
     end associate
-    do i = 1, size(sim%contact%plane, 2)
-      e = sim%contact%plane(1, i)
-      c = sim%contact%plane(2, i)
-      where (sim%scene%symmetry(c)%odd) sim%contact%free_direction(:, e) = 0.0_rp
-      if (sim%contact%has_separate_sides(c)) cycle
-      where (sim%scene%symmetry(c)%odd) sim%contact%is_folded(:, e) = .true.
+    do i = 1, size(contact%plane, 2)
+      e = contact%plane(1, i)
+      c = contact%plane(2, i)
+      where (scene%symmetry(c)%odd) contact%free_direction(:, e) = 0.0_rp
+      if (contact%has_separate_sides(c)) cycle
+      where (scene%symmetry(c)%odd) contact%is_folded(:, e) = .true.
     end do
-    do i = 1, size(sim%contact%pair, 2)
-      c = sim%contact%pair(3, i)
+    do i = 1, size(contact%pair, 2)
+      c = contact%pair(3, i)
       do k = 1, 2
-        e = sim%contact%pair(k, i)
-        if (e == 0 .or. sim%contact%has_separate_sides(c)) cycle
-        where (sim%scene%symmetry(c)%odd) sim%contact%is_folded(:, e) = .true.
+        e = contact%pair(k, i)
+        if (e == 0 .or. contact%has_separate_sides(c)) cycle
+        where (scene%symmetry(c)%odd) contact%is_folded(:, e) = .true.
       end do
     end do
   end subroutine mark_held
@@ -104,50 +107,53 @@ contains
   end function wall_signs
 
   !> Reflect the masses of nodes behind walls to those in front, as `reflect` does with records.
-  subroutine reflect_masses(sim)
-    type(simulation_t), intent(inout) :: sim
+  subroutine reflect_masses(scene, contact)
+    type(scene_t), intent(in) :: scene
+    type(tool_contact_t), intent(inout) :: contact
     integer :: i
 
-    do i = 1, size(sim%contact%pair, 2)
-      if (any(sim%contact%pair(1:2, i) == 0)) cycle
-      associate (behind => sim%contact%mass(:, sim%contact%pair(1, i)), &
-                 front => sim%contact%mass(:, sim%contact%pair(2, i)))
-        front = front + wall_signs(sim%scene, sim%contact%pair(3, i), n_masses)*behind
+    do i = 1, size(contact%pair, 2)
+      if (any(contact%pair(1:2, i) == 0)) cycle
+      associate (behind => contact%mass(:, contact%pair(1, i)), &
+                 front => contact%mass(:, contact%pair(2, i)))
+        front = front + wall_signs(scene, contact%pair(3, i), n_masses)*behind
         behind = 0.0_rp
       end associate
     end do
-    do i = 1, size(sim%contact%plane, 2)
-      associate (on => sim%contact%mass(:, sim%contact%plane(1, i)))
-        on = 0.5_rp*(1.0_rp + wall_signs(sim%scene, sim%contact%plane(2, i), n_masses))*on
+    do i = 1, size(contact%plane, 2)
+      associate (on => contact%mass(:, contact%plane(1, i)))
+        on = 0.5_rp*(1.0_rp + wall_signs(scene, contact%plane(2, i), n_masses))*on
       end associate
     end do
   end subroutine reflect_masses
 
   !> Set the masses of nodes behind walls to those in front.
-  subroutine restore_masses(sim)
-    type(simulation_t), intent(inout) :: sim
+  subroutine restore_masses(scene, contact)
+    type(scene_t), intent(in) :: scene
+    type(tool_contact_t), intent(inout) :: contact
     integer :: i
 
-    do i = size(sim%contact%pair, 2), 1, -1
-      if (any(sim%contact%pair(1:2, i) == 0)) cycle
-      sim%contact%mass(:, sim%contact%pair(1, i)) = wall_signs(sim%scene, sim%contact%pair(3, i), &
-        n_masses)*sim%contact%mass(:, sim%contact%pair(2, i))
+    do i = size(contact%pair, 2), 1, -1
+      if (any(contact%pair(1:2, i) == 0)) cycle
+      contact%mass(:, contact%pair(1, i)) = wall_signs(scene, contact%pair(3, i), &
+        n_masses)*contact%mass(:, contact%pair(2, i))
     end do
   end subroutine restore_masses
 
   !> Reflect the values of nodes behind walls to those in front, or add them to the second part
   !> where the sides are limited separately.
-  subroutine reflect_values(sim)
-    type(simulation_t), intent(inout) :: sim
-    real(rp) :: sign(sim%contact%width)
+  subroutine reflect_values(scene, contact)
+    type(scene_t), intent(in) :: scene
+    type(tool_contact_t), intent(inout) :: contact
+    real(rp) :: sign(contact%width)
     integer :: i
 
-    do i = 1, size(sim%contact%pair, 2)
-      if (any(sim%contact%pair(1:2, i) == 0)) cycle
-      sign = wall_signs(sim%scene, sim%contact%pair(3, i), sim%contact%width)
-      associate (behind => sim%contact%values(:, sim%contact%pair(1, i)), &
-                 front => sim%contact%values(:, sim%contact%pair(2, i)))
-        if (sim%contact%has_separate_sides(sim%contact%pair(3, i))) then
+    do i = 1, size(contact%pair, 2)
+      if (any(contact%pair(1:2, i) == 0)) cycle
+      sign = wall_signs(scene, contact%pair(3, i), contact%width)
+      associate (behind => contact%values(:, contact%pair(1, i)), &
+                 front => contact%values(:, contact%pair(2, i)))
+        if (contact%has_separate_sides(contact%pair(3, i))) then
           front(n_values + 1:) = front(n_values + 1:) &
             + sign(:n_values)*(behind(:n_values) + behind(n_values + 1:))
         else
@@ -156,31 +162,31 @@ contains
         end if
       end associate
     end do
-    do i = 1, size(sim%contact%plane, 2)
-      if (sim%contact%has_separate_sides(sim%contact%plane(2, i))) cycle
-      associate (on => sim%contact%values(:, sim%contact%plane(1, i)))
-        on = 0.5_rp*(1.0_rp + wall_signs(sim%scene, sim%contact%plane(2, i), sim%contact%width))*on
+    do i = 1, size(contact%plane, 2)
+      if (contact%has_separate_sides(contact%plane(2, i))) cycle
+      associate (on => contact%values(:, contact%plane(1, i)))
+        on = 0.5_rp*(1.0_rp + wall_signs(scene, contact%plane(2, i), contact%width))*on
       end associate
     end do
   end subroutine reflect_values
 
   !> Set the friction fractions of nodes behind walls, and the values of those behind mirrors, from
   !> the nodes in front.
-  subroutine restore_fractions(sim)
-    type(simulation_t), intent(inout) :: sim
+  subroutine restore_fractions(scene, contact)
+    type(scene_t), intent(in) :: scene
+    type(tool_contact_t), intent(inout) :: contact
     integer :: i
 
-    do i = size(sim%contact%pair, 2), 1, -1
-      if (any(sim%contact%pair(1:2, i) == 0)) cycle
-      associate (b => sim%contact%pair(1, i), a => sim%contact%pair(2, i), &
-                 c => sim%contact%pair(3, i))
-        sim%contact%friction_fraction_behind(b) = sim%contact%friction_fraction_behind(a)
-        if (sim%contact%has_separate_sides(c)) then
-          sim%contact%friction_fraction(b) = sim%contact%friction_fraction_behind(a)
+    do i = size(contact%pair, 2), 1, -1
+      if (any(contact%pair(1:2, i) == 0)) cycle
+      associate (b => contact%pair(1, i), a => contact%pair(2, i), c => contact%pair(3, i))
+        contact%friction_fraction_behind(b) = contact%friction_fraction_behind(a)
+        if (contact%has_separate_sides(c)) then
+          contact%friction_fraction(b) = contact%friction_fraction_behind(a)
         else
-          sim%contact%friction_fraction(b) = sim%contact%friction_fraction(a)
-          sim%contact%values(:n_values, b) = wall_signs(sim%scene, c, n_values) &
-            *sim%contact%values(:n_values, a)
+          contact%friction_fraction(b) = contact%friction_fraction(a)
+          contact%values(:n_values, b) = wall_signs(scene, c, n_values) &
+            *contact%values(:n_values, a)
         end if
       end associate
     end do

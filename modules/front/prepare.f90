@@ -28,6 +28,7 @@ module front_prepare
   use setup_volumes, only: check_memory, check_volumes, measure_volumes, volumes_t
   use simulation_parts, only: simulation_t
   use simulation_scene, only: scene_t
+  use tools_tool, only: tool_t
   implicit none (type, external)
   private
 
@@ -62,7 +63,9 @@ contains
       call compare_with_checkpoint(command, input, old, notes, sim%scene)
     end if
     if (input%diagnostics%count() == 0) call check_memory(world, input, sim%scene)
-    if (input%diagnostics%count() == 0) call check_scene(world, input, sim, counts, shares, volumes)
+    if (input%diagnostics%count() == 0) then
+      call check_scene(world, input, sim%scene, sim%tool, counts, shares, volumes)
+    end if
     is_good = input%diagnostics%count() == 0
     if (.not. is_good) then
       if (world%is_root()) call input%diagnostics%print()
@@ -147,28 +150,29 @@ contains
 
   !> Collective. Check the plausibility of the scene, and with mechanics the motion of the tools and
   !> the particles: their numbers and volumes for each body.
-  subroutine check_scene(world, input, sim, counts, shares, volumes)
+  subroutine check_scene(world, input, scene, tools, counts, shares, volumes)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input
-    type(simulation_t), intent(in) :: sim
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tools(:)
     integer(i8), allocatable, intent(out) :: counts(:)
     !> Volume of each body over that of a particle (load_bodies).
     real(rp), allocatable, intent(out) :: shares(:)
     type(volumes_t), allocatable, intent(out) :: volumes(:)
     integer :: b
 
-    call check_sense(input, sim%scene, sim%tool)
-    if (.not. sim%scene%method%has_mechanics) return
-    call check_necking(input, sim%scene)
-    call check_sheets(input, sim%scene, sim%tool)
-    call check_process(input, sim%scene, sim%tool)
-    allocate (counts(size(sim%scene%body)), shares(size(sim%scene%body)))
-    call count_particles(world, input, sim%scene, counts, shares)
+    call check_sense(input, scene, tools)
+    if (.not. scene%method%has_mechanics) return
+    call check_necking(input, scene)
+    call check_sheets(input, scene, tools)
+    call check_process(input, scene, tools)
+    allocate (counts(size(scene%body)), shares(size(scene%body)))
+    call count_particles(world, input, scene, counts, shares)
     do b = 1, size(counts)
       if (counts(b) == 0) call input%report('BODY', b, 'NAME', &
         'holds no particle: its shapes are smaller than the particle spacing or cancel out')
     end do
-    call measure_volumes(world, input, sim%scene, volumes)
+    call measure_volumes(world, input, scene, volumes)
     if (all(counts > 0)) call check_volumes(input, volumes)
   end subroutine check_scene
 

@@ -12,14 +12,16 @@ module front_report
   use heat_linear, only: euler, method_names, rkl2, solver_names
   use input_values, only: input_t
   use mpm_stability, only: stable_step, wave_speed
-  use particles_store, only: f_pos
+  use particles_store, only: f_pos, particles_t
   use particles_tracers, only: tracers_t
   use setup_check_process, only: report_process
   use setup_method, only: elastic_strain, small_strain
   use setup_sinks, only: log_heat_shares
   use setup_volumes, only: report_volumes, volumes_t
   use simulation_parts, only: simulation_t
+  use simulation_run, only: clock_t
   use simulation_scene, only: scene_t, scheme_usl
+  use tools_tool, only: tool_t
   implicit none (type, external)
   private
 
@@ -42,7 +44,7 @@ contains
     integer :: b, cells(3)
 
     dt = stable_step(sim%scene, sim%clock)
-    limited_by = limit(sim)
+    limited_by = limit(sim%scene, sim%clock)
     memory = real(sim%particles%bytes() + sim%nodes%bytes(), rp)
     call world%sum(memory)
     if (measures) call estimate_run(sim, dt, cost)
@@ -67,10 +69,11 @@ contains
     call print_line('memory', str(memory(1)*1.0e-6_rp)//' MB for particles and grid, '// &
                     str(nint(memory(1)/real(sum(counts), rp)))//' bytes per particle')
     if (sim%tracers%n > 0) call print_line('tracers', tracer_text(sim%tracers))
-    call print_line('method', method(sim))
+    call print_line('method', method(sim%scene))
     call print_line('time step', str(dt)//' s, limited by '//limited_by)
-    if (elastic_strain(input, sim%scene) > 0.0_rp) call print_line('elasticity', elasticity(input, &
-                                                                                            sim))
+    if (elastic_strain(input, sim%scene) > 0.0_rp) then
+      call print_line('elasticity', elasticity(input, sim%scene, sim%tool))
+    end if
     if (measures) call print_cost(world, sim%scene, cost, sum(counts), 'particle-steps/s', ', '// &
                                   str(nint(100.0_rp*cost%awake))//' % of the particles awake')
     call report_process(input, sim%scene, sim%tool)
@@ -128,21 +131,22 @@ contains
   end subroutine print_cost
 
   !> Collective. Warn of a tool that starts inside a body.
-  subroutine warn_of_overlap(world, input, overrides, sim)
+  subroutine warn_of_overlap(world, input, overrides, scene, tools, particles)
     type(world_t), intent(in) :: world
     type(input_t), intent(inout) :: input
     character(*), intent(in) :: overrides(:)  !! overrides, named in messages
-    type(simulation_t), intent(in) :: sim
-    real(rp) :: deepest(size(sim%tool)), d, normal(3), reach, edge_distance
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tools(:)
+    type(particles_t), intent(in) :: particles
+    real(rp) :: deepest(size(tools)), d, normal(3), reach, edge_distance
     integer :: b, k, p
 
     deepest = 0.0_rp
-    do b = 1, sim%particles%nblk
-      reach = 0.5_rp*minval(sim%scene%body(sim%particles%body(b))%spacing)
-      do k = 1, size(sim%tool)
-        do p = 1, sim%particles%count(b)
-          call sim%tool(k)%distance(sim%particles%ps(p, f_pos:f_pos + 2, b), d, normal, &
-                                    edge_distance)
+    do b = 1, particles%nblk
+      reach = 0.5_rp*minval(scene%body(particles%body(b))%spacing)
+      do k = 1, size(tools)
+        do p = 1, particles%count(b)
+          call tools(k)%distance(particles%ps(p, f_pos:f_pos + 2, b), d, normal, edge_distance)
           deepest(k) = max(deepest(k), reach - d)
         end do
       end do
@@ -152,7 +156,7 @@ contains
     allocate (input%diagnostics)               ! remove the messages printed so far
     call input%diagnostics%store_overrides(overrides)
     do k = 1, input%count('TOOL')
-      if (deepest(k) > 1.0e-3_rp*minval(sim%scene%grid%h)) then
+      if (deepest(k) > 1.0e-3_rp*minval(scene%grid%h)) then
         call input%warn('TOOL', k, 'POSITION', 'the tool starts '//str(1.0e3_rp*deepest(k))// &
                         ' mm inside the material and will hit it hard: let it start outside '// &
                         'and plunge (&MOTION)')
@@ -184,44 +188,46 @@ contains
   end subroutine print_line
 
   !> Text on shape functions, transfer and scheme.
-  function method(sim) result(text)
-    type(simulation_t), intent(in) :: sim
+  function method(scene) result(text)
+    type(scene_t), intent(in) :: scene
     character(:), allocatable :: text
     character(5), parameter :: transfer(4) = ['FLIP ', 'APIC ', 'XPIC ', 'FMPM ']
     character(5), parameter :: scheme(3) = ['USL  ', 'MUSL ', 'USAVG']
 
     text = 'uGIMP'
-    if (sim%scene%layout%half > 0) text = 'cpGIMP'
-    if (sim%scene%method%is_bspline) text = 'quadratic B-splines'
-    text = text//', '//trim(transfer(sim%scene%method%transfer))//', '// &
-           trim(scheme(sim%scene%method%scheme))
-    if (sim%scene%method%sleep%is_on) text = text//', still material sleeps'
+    if (scene%layout%half > 0) text = 'cpGIMP'
+    if (scene%method%is_bspline) text = 'quadratic B-splines'
+    text = text//', '//trim(transfer(scene%method%transfer))//', '// &
+      trim(scheme(scene%method%scheme))
+    if (scene%method%sleep%is_on) text = text//', still material sleeps'
   end function method
 
   !> Text on the limits of the time step.
-  function limit(sim) result(text)
-    type(simulation_t), intent(in) :: sim
+  function limit(scene, clock) result(text)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
     character(:), allocatable :: text
 
-    if (sim%scene%method%fixed_dt > 0.0_rp) then
+    if (scene%method%fixed_dt > 0.0_rp) then
       text = '&TIME DT'
       return
     end if
-    text = 'CFL '//str(sim%scene%method%cfl)//': pressure waves of '//str(wave_speed(sim%clock))// &
-      ' m/s'
-    if (sim%clock%mass_scaling > 1.0_rp) then
-      text = text//' (mass scaling '//str(sim%clock%mass_scaling)//')'
+    text = 'CFL '//str(scene%method%cfl)//': pressure waves of '//str(wave_speed(clock))//' m/s'
+    if (clock%mass_scaling > 1.0_rp) then
+      text = text//' (mass scaling '//str(clock%mass_scaling)//')'
     end if
-    if (sim%scene%method%scales_light_nodes) text = text// &
-        ', more inertia for light nodes (SELECTIVE_SCALING)'
-    if (sim%scene%method%conducts) then
-      if (sim%scene%method%heat_interval > 0) then
-        text = text//'; conduction every '//str(sim%scene%method%heat_interval)//' step(s)'
+    if (scene%method%scales_light_nodes) then
+      text = text//', more inertia for light nodes (SELECTIVE_SCALING)'
+    end if
+    if (scene%method%conducts) then
+      if (scene%method%heat_interval > 0) then
+        text = text//'; conduction every '//str(scene%method%heat_interval)//' step(s)'
       else
-        text = text//'; conduction steps of '//str(conduction_step(sim))//' s'
+        text = text//'; conduction steps of '//str(conduction_step(scene, clock))//' s'
       end if
-      if (sim%scene%method%implicit_heat) text = text//' (backward Euler, '// &
-        trim(solver_names(sim%scene%method%heat_solver))//')'
+      if (scene%method%implicit_heat) then
+        text = text//' (backward Euler, '//trim(solver_names(scene%method%heat_solver))//')'
+      end if
     end if
   end function limit
 
@@ -243,20 +249,21 @@ contains
   end function tracer_text
 
   !> Text on the elastic strain of flowing material, with the effect of ELASTIC_SCALING.
-  function elasticity(input, sim) result(text)
+  function elasticity(input, scene, tools) result(text)
     type(input_t), intent(in) :: input
-    type(simulation_t), intent(in) :: sim
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tools(:)
     character(:), allocatable :: text
     real(rp) :: factor, strain
 
-    strain = elastic_strain(input, sim%scene)
+    strain = elastic_strain(input, scene)
     text = 'metal flows at an elastic strain of '//str(0.01_rp*nint(1.0e4_rp*strain))//' %'
-    if (sim%scene%method%elastic_scaling > 1.0_rp) then
-      text = text//' (ELASTIC_SCALING '//str(sim%scene%method%elastic_scaling)//')'
+    if (scene%method%elastic_scaling > 1.0_rp) then
+      text = text//' (ELASTIC_SCALING '//str(scene%method%elastic_scaling)//')'
       return
     end if
     factor = real(int(small_strain/strain), rp)
-    if (sim%scene%method%mass_scaling <= 1.0_rp .or. size(sim%tool) == 0 .or. factor < 2) return
+    if (scene%method%mass_scaling <= 1.0_rp .or. size(tools) == 0 .or. factor < 2) return
     text = text//'; ELASTIC_SCALING = '//str(factor)//' would make that '// &
            str(0.01_rp*nint(1.0e4_rp*factor*strain))//' %, and steps '// &
            str(0.1_rp*nint(10.0_rp*sqrt(factor)))//' times as long where flow matters and '// &

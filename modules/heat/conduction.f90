@@ -2,7 +2,7 @@
 !> Conduction with a time step of its own, which spans as many mechanical steps as stability allows.
 module heat_conduction
   use base_kinds, only: i8, nlane, rp
-  use boundary_symmetry, only: r_warming, record_wall_heat, restore, swap_lists
+  use boundary_symmetry, only: r_warming, record_wall_heat, restore
   use heat_exchange, only: exchange_t, exchanges_heat, find_contacts, reset_contact_sums, warm_sinks
   use heat_gaps, only: find_gaps, gaps_t
   use heat_nodes, only: centre_increment, gather_exchange, gather_flux, gather_temperature, &
@@ -10,11 +10,12 @@ module heat_conduction
   use heat_nodes_implicit, only: solve_implicit
   use mpm_blocks, only: weights_of
   use mpm_constitutive, only: anneal_particles
-  use particles_store, only: f_heat, f_mass, f_temp, n_conduction
-  use simulation_nodes, only: clear_nodes
-  use simulation_parts, only: simulation_t
+  use particles_store, only: f_heat, f_mass, f_temp, n_conduction, particles_t
+  use simulation_nodes, only: clear_nodes, nodes_t
+  use simulation_parts, only: boundary_t, mirrors_t, simulation_t
   use simulation_probes, only: update_probe_temperatures
-  use simulation_run, only: e_conduction, e_film, e_tool, e_wall_heat
+  use simulation_run, only: clock_t, e_conduction, e_film, e_tool, e_wall_heat
+  use simulation_scene, only: scene_t
   use transfer_conduction, only: add_increment, compute_increment, heat_particles, min_capacity
   implicit none (type, external)
   private
@@ -30,37 +31,38 @@ contains
 
   !> Conduction step [s]: the stable explicit one, or less where sources warm the metal fast; or the
   !> implicit one as given or controlled by its error, which starts with the stable one.
-  pure real(rp) function conduction_step(sim)
-    type(simulation_t), intent(in) :: sim
+  pure real(rp) function conduction_step(scene, clock)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
 
-    conduction_step = stable_conduction(sim%scene)
-    associate (method => sim%scene%method)
+    conduction_step = stable_conduction(scene)
+    associate (method => scene%method)
       if (conduction_step >= huge(1.0_rp)) return
       if (.not. method%implicit_heat) then
-        if (sim%clock%heat_step > 0.0_rp) conduction_step = &
-          min(conduction_step, sim%clock%heat_step)
+        if (clock%heat_step > 0.0_rp) conduction_step = min(conduction_step, clock%heat_step)
       else if (method%heat_interval > 0) then
         conduction_step = huge(1.0_rp)
       else if (method%heat_step > 0.0_rp) then
         conduction_step = method%heat_step
-      else if (sim%clock%heat_step > 0.0_rp) then
-        conduction_step = sim%clock%heat_step
+      else if (clock%heat_step > 0.0_rp) then
+        conduction_step = clock%heat_step
       end if
     end associate
   end function conduction_step
 
   !> True if a conduction step is due before another mechanical step of length `dt`, also where the
   !> stored heat of friction makes the flow stress too large.
-  pure logical function conduction_is_due(sim, dt)
-    type(simulation_t), intent(in) :: sim
+  pure logical function conduction_is_due(scene, clock, dt)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
     real(rp), intent(in) :: dt                  !! next mechanical step [s]
 
-    if (sim%scene%method%heat_interval > 0) then
-      conduction_is_due = mod(sim%clock%step, int(sim%scene%method%heat_interval, i8)) == 0
+    if (scene%method%heat_interval > 0) then
+      conduction_is_due = mod(clock%step, int(scene%method%heat_interval, i8)) == 0
     else
-      conduction_is_due = sim%clock%time + dt - sim%clock%heat_time > conduction_step(sim) &
-        .or. (sim%clock%warming > stored_share*sim%scene%method%heat_tolerance &
-              .and. sim%scene%method%heat_step <= 0.0_rp)
+      conduction_is_due = clock%time + dt - clock%heat_time > conduction_step(scene, clock) &
+        .or. (clock%warming > stored_share*scene%method%heat_tolerance &
+              .and. scene%method%heat_step <= 0.0_rp)
     end if
   end function conduction_is_due
 
@@ -70,16 +72,16 @@ contains
     real(rp), intent(in) :: elapsed             !! time since the last conduction step [s]
     integer :: k
 
-    call swap_lists(sim)
+    call swap_lists(sim%scene, sim%nodes, sim%boundary)
     do k = 1, size(sim%hook)
       call sim%hook(k)%it%give_heat(sim, elapsed)
     end do
     call take_conduction_step(sim, elapsed)
-    call reset_contact_sums(sim)
+    call reset_contact_sums(sim%tool, sim%particles)
     sim%particles%warming = 0.0_rp
-    call anneal_particles(sim, elapsed)
+    call anneal_particles(sim%scene, sim%particles, elapsed)
     if (sim%scene%method%sleep%is_on) call clear_nodes(sim%nodes, sim%nodes%g)
-    call swap_lists(sim)
+    call swap_lists(sim%scene, sim%nodes, sim%boundary)
   end subroutine conduct
 
   !> One conduction step of length `dt`.
@@ -106,9 +108,10 @@ contains
       do a = 1, 3
         if (sim%scene%grid%grading(a)%is_graded) call centre_increment(sim, a, sim%nodes%g(:, :, k))
       end do
-      call restore(sim, r_warming, sim%nodes%g(:, :, k))
+      call restore(sim%scene, sim%nodes, sim%boundary, r_warming, sim%nodes%g(:, :, k))
       associate (lost => sim%boundary%mirrors%lost)
-        call record_wall_heat(sim, lost(3, :) + lost(5, :), k, sim%nodes%g(:, :, k))
+        call record_wall_heat(sim%scene, sim%boundary, sim%budget, lost(3, :) + lost(5, :), k, &
+                              sim%nodes%g(:, :, k))
         lost = 0.0_rp
       end associate
     end do
@@ -117,12 +120,12 @@ contains
     end associate
     do b = 1, sim%particles%nblk
       call sim%particles%fetch(b + 1, n_conduction)
-      call heat_block(sim, b, dt, gained, smoothed)
+      call heat_block(sim%scene, sim%particles, sim%nodes, b, dt, gained, smoothed)
     end do
     if (any(sim%scene%symmetry%temperature > 0.0_rp)) then
       sim%budget%sums(e_wall_heat) = sim%budget%sums(e_wall_heat) + smoothed
     end if
-    call warm_sinks(sim, dt, exchange)
+    call warm_sinks(sim%tool, sim%backing, dt, exchange)
     sim%budget%sums(e_conduction) = sim%budget%sums(e_conduction) + gained &
       + sim%budget%sums(e_film) - sim%budget%sums(e_wall_heat) + sim%budget%sums(e_tool) - out
   end subroutine take_conduction_step
@@ -168,9 +171,9 @@ contains
         end associate
       end do
     end do
-    if (sim%scene%method%implicit_heat .or. .not. exchanges_heat(sim)) return
+    if (sim%scene%method%implicit_heat .or. .not. exchanges_heat(sim%scene, sim%tool)) return
     do k = 1, sim%scene%n_heat_groups
-      call restore(sim, r_warming, sim%nodes%g(:, :, k))
+      call restore(sim%scene, sim%nodes, sim%boundary, r_warming, sim%nodes%g(:, :, k))
     end do
     call gather_exchange(sim, exchange, gaps, dt)
     do k = 1, sim%scene%n_heat_groups
@@ -184,8 +187,10 @@ contains
   end subroutine find_increments
 
   !> Update the temperatures of a block of particles from the nodal increments.
-  subroutine heat_block(sim, b, dt, gained, smoothed)
-    type(simulation_t), intent(inout) :: sim
+  subroutine heat_block(scene, particles, nodes, b, dt, gained, smoothed)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(inout) :: particles
+    type(nodes_t), intent(inout) :: nodes
     integer, intent(in) :: b
     real(rp), intent(in) :: dt                  !! time step [s]
     real(rp), intent(inout) :: gained     !! heat gained by the particles [J]
@@ -193,19 +198,40 @@ contains
     integer :: first(nlane)
     real(rp) :: before(nlane), c_p(nlane), w(nlane, 18)
 
-    associate (p => sim%particles, nodes => sim%nodes, &
-               body => sim%scene%body(sim%particles%body(b)))
-      call weights_of(sim%scene, nodes, p%body(b), p%nf, p%ps(:, :, b), w, first)
-      associate (material => sim%scene%material(body%material))
+    associate (p => particles, body => scene%body(particles%body(b)))
+      call weights_of(scene, nodes, p%body(b), p%nf, p%ps(:, :, b), w, first)
+      associate (material => scene%material(body%material))
         before = p%ps(:, f_temp, b)
         c_p = material%specific_heat_at(before)
         call heat_particles(p%count(b), w, first, nodes%patch%stride, nodes%patch%nn, &
                             nodes%g(:, :, body%heat_group), c_p, p%ps(:, f_mass, b), &
-                            smoothed_fraction(sim%scene, p%body(b), dt, p%nf, p%ps(:, :, b)), &
+                            smoothed_fraction(scene, p%body(b), dt, p%nf, p%ps(:, :, b)), &
                             nodes%rec, p%ps(:, f_temp, b), p%ps(:, f_heat, b), gained, smoothed)
         call material%apply_heat(c_p, before, p%ps(:, f_temp, b))
       end associate
     end associate
   end subroutine heat_block
+
+  !> Swap the lists of nodes and mirrors: conduction uses the nodes of all particles, steps those of
+  !> awake particles and of the held layer, with zeros elsewhere.
+  subroutine swap_lists(scene, nodes, boundary)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(inout) :: nodes
+    type(boundary_t), intent(inout) :: boundary
+    type(mirrors_t) :: mirrors
+    integer, allocatable :: list(:, :)
+    integer :: n
+
+    if (.not. scene%method%sleep%is_on) return
+    mirrors = boundary%mirrors
+    boundary%mirrors = boundary%resting_mirrors
+    boundary%resting_mirrors = mirrors
+    n = nodes%n_ranges
+    nodes%n_ranges = nodes%n_resting_ranges
+    nodes%n_resting_ranges = n
+    call move_alloc(nodes%range, list)
+    call move_alloc(nodes%resting_range, nodes%range)
+    call move_alloc(list, nodes%resting_range)
+  end subroutine swap_lists
 
 end module heat_conduction

@@ -15,11 +15,13 @@
 module heat_exchange
   use base_kinds, only: nlane, rp
   use mpm_blocks, only: weights_of
-  use particles_store, only: f_pos, f_temp, n_conduction, tag_faces
+  use particles_store, only: f_pos, f_temp, n_conduction, particles_t, tag_faces
+  use simulation_nodes, only: nodes_t
   use simulation_parts, only: simulation_t
   use simulation_run, only: e_film, e_tool
   use simulation_scene, only: film_t, of_pressure, scene_t, stefan_boltzmann
-  use tools_heat_sink, only: find_backing
+  use tools_heat_sink, only: backing_t, find_backing
+  use tools_tool, only: tool_t
   implicit none (type, external)
   private
 
@@ -53,12 +55,13 @@ contains
   end function films_need_pressure
 
   !> True if any body exchanges heat with what is outside it.
-  pure logical function exchanges_heat(sim)
-    type(simulation_t), intent(in) :: sim
+  pure logical function exchanges_heat(scene, tools)
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tools(:)
     integer :: b
 
-    exchanges_heat = any(sim%tool%heat%is_on) .or. allocated(sim%scene%gap) &
-      .or. any([(any(sim%scene%body(b)%film%acts()), b=1, size(sim%scene%body))])
+    exchanges_heat = any(tools%heat%is_on) .or. allocated(scene%gap) &
+      .or. any([(any(scene%body(b)%film%acts()), b=1, size(scene%body))])
   end function exchanges_heat
 
   !> List the contacts of this rank for a conduction step `dt` [s], the time since the last one,
@@ -73,14 +76,14 @@ contains
 
     n = 0
     do b = 1, sim%particles%nblk
-      n = n + count_contacts(sim, b)
+      n = n + count_contacts(sim%scene, sim%tool, sim%particles, b)
     end do
     allocate (x%sink(n), x%group(n), x%first(n), x%weight(9, n), x%conductance(n), x%excess(n), &
               x%outside(n))
     n = size(sim%tool) + sum([(size(sim%backing(k)%column), k=1, size(sim%backing))])
     allocate (x%t_face0(n), x%dt_face_dp(n), x%power(n), source=0.0_rp)
     do b = 1, sim%particles%nblk
-      if (count_contacts(sim, b) == 0) cycle
+      if (count_contacts(sim%scene, sim%tool, sim%particles, b) == 0) cycle
       call sim%particles%fetch(b + 1, n_conduction)
       call weights_of(sim%scene, sim%nodes, sim%particles%body(b), sim%particles%nf, &
                       sim%particles%ps(:, :, b), w, first)
@@ -103,22 +106,24 @@ contains
   end subroutine find_contacts
 
   !> Number of contacts of the particles of block `b`.
-  pure integer function count_contacts(sim, b) result(n)
-    type(simulation_t), intent(in) :: sim
+  pure integer function count_contacts(scene, tools, particles, b) result(n)
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tools(:)
+    type(particles_t), intent(in) :: particles
     integer, intent(in) :: b
     logical :: acts(6)
     integer :: face, k
 
     n = 0
-    associate (p => sim%particles)
-      acts = sim%scene%body(p%body(b))%film%acts()
+    associate (p => particles)
+      acts = scene%body(p%body(b))%film%acts()
       do face = 1, 6
         if (.not. acts(face)) cycle
         n = n + count(btest(tag_faces(p%tag(:p%count(b), b)), face - 1))
       end do
-      do k = 1, size(sim%tool)
-        if (.not. sim%tool(k)%heat%is_on) cycle
-        n = n + count(p%ps(:p%count(b), sim%tool(k)%heat%place, b) > 0.0_rp)
+      do k = 1, size(tools)
+        if (.not. tools(k)%heat%is_on) cycle
+        n = n + count(p%ps(:p%count(b), tools(k)%heat%place, b) > 0.0_rp)
       end do
     end associate
   end function count_contacts
@@ -143,8 +148,9 @@ contains
             axis = (face + 1)/2
             edge = sim%scene%spacing_of(body, ps(p, :))
             area = product(edge)/edge(axis)
-            call find_film(film(face), ps(p, f_temp), mean_at(sim, w(p, :9), first(p), 5 + axis, &
-                                                              group), coefficient, outside)
+            call find_film(film(face), ps(p, f_temp), &
+                           mean_at(sim%nodes, w(p, :9), first(p), 5 + axis, group), coefficient, &
+                           outside)
             sink = 0
             if (film(face)%has_backing) then
               at = ps(p, f_pos:f_pos + 2)
@@ -225,14 +231,14 @@ contains
       x%weight(:, x%n) = w
       x%conductance(x%n) = 0.0_rp
       if (coefficient > 0.0_rp) x%conductance(x%n) = area/(1.0_rp/coefficient + resistance)
-      x%excess(x%n) = temp - mean_at(sim, w, first, 5, body%heat_group) + resistance*flux
+      x%excess(x%n) = temp - mean_at(sim%nodes, w, first, 5, body%heat_group) + resistance*flux
       x%outside(x%n) = outside
     end associate
   end subroutine add_contact
 
   !> Mean of a lane of the first grid with the weights of a particle.
-  pure real(rp) function mean_at(sim, w, first, lane, group) result(mean)
-    type(simulation_t), intent(in) :: sim
+  pure real(rp) function mean_at(nodes, w, first, lane, group) result(mean)
+    type(nodes_t), intent(in) :: nodes
     real(rp), intent(in) :: w(9)
     integer, intent(in) :: first, lane, group
     integer :: i, j, q
@@ -240,10 +246,10 @@ contains
     mean = 0.0_rp
     do i = 1, 3
       do j = 1, 3
-        q = first + (i - 1)*sim%nodes%patch%stride(1) + (j - 1)*sim%nodes%patch%stride(2)
-        mean = mean + w(i)*w(3 + j)*(w(7)*sim%nodes%g(lane, q, group) &
-                                     + w(8)*sim%nodes%g(lane, q + 1, group) &
-                                     + w(9)*sim%nodes%g(lane, q + 2, group))
+        q = first + (i - 1)*nodes%patch%stride(1) + (j - 1)*nodes%patch%stride(2)
+        mean = mean + w(i)*w(3 + j)*(w(7)*nodes%g(lane, q, group) &
+                                     + w(8)*nodes%g(lane, q + 1, group) &
+                                     + w(9)*nodes%g(lane, q + 2, group))
       end do
     end do
   end function mean_at
@@ -266,11 +272,11 @@ contains
     power = 0.0_rp
     total = 0.0_rp
     do e = 1, x%n
-      surface(e) = x%excess(e) + mean_of(sim, x, e, 4)
+      surface(e) = x%excess(e) + mean_of(sim%nodes, x, e, 4)
       conductance(e) = x%conductance(e)
       if (.not. ends) then
-        surface(e) = surface(e) + mean_of(sim, x, e, 5)
-        conductance(e) = conductance(e)/(1.0_rp + dt*mean_of(sim, x, e, 2))
+        surface(e) = surface(e) + mean_of(sim%nodes, x, e, 5)
+        conductance(e) = conductance(e)/(1.0_rp + dt*mean_of(sim%nodes, x, e, 2))
       end if
       associate (k => x%sink(e))
         if (k == 0) cycle
@@ -294,40 +300,40 @@ contains
           sums = sums + heat
         end associate
       end associate
-      call add_to_nodes(sim, x, e, 5, -heat)
+      call add_to_nodes(sim%nodes, x, e, 5, -heat)
     end do
     x%power = power
   end subroutine add_exchange
 
   !> Add the conductances of this rank's contacts to lane 6 of the second grid.
-  subroutine add_conductances(sim, x)
-    type(simulation_t), intent(inout) :: sim
+  subroutine add_conductances(nodes, x)
+    type(nodes_t), intent(inout) :: nodes
     type(exchange_t), intent(in) :: x
     integer :: e
 
     do e = 1, x%n
-      call add_to_nodes(sim, x, e, 6, x%conductance(e))
+      call add_to_nodes(nodes, x, e, 6, x%conductance(e))
     end do
   end subroutine add_conductances
 
   !> Mean of a lane of the first grid with the weights of a contact.
-  pure real(rp) function mean_of(sim, x, e, lane) result(mean)
-    type(simulation_t), intent(in) :: sim
+  pure real(rp) function mean_of(nodes, x, e, lane) result(mean)
+    type(nodes_t), intent(in) :: nodes
     type(exchange_t), intent(in) :: x
     integer, intent(in) :: e, lane
 
-    mean = mean_at(sim, x%weight(:, e), x%first(e), lane, x%group(e))
+    mean = mean_at(nodes, x%weight(:, e), x%first(e), lane, x%group(e))
   end function mean_of
 
   !> Add `value` to a lane of the second grid by the weights of a contact.
-  pure subroutine add_to_nodes(sim, x, e, lane, value)
-    type(simulation_t), intent(inout) :: sim
+  pure subroutine add_to_nodes(nodes, x, e, lane, value)
+    type(nodes_t), intent(inout) :: nodes
     type(exchange_t), intent(in) :: x
     integer, intent(in) :: e, lane
     real(rp), intent(in) :: value
     integer :: i, j, k, q
 
-    associate (g2 => sim%nodes%g2(:, :, x%group(e)), stride => sim%nodes%patch%stride)
+    associate (g2 => nodes%g2(:, :, x%group(e)), stride => nodes%patch%stride)
       do i = 1, 3
         do j = 1, 3
           q = x%first(e) + (i - 1)*stride(1) + (j - 1)*stride(2)
@@ -341,33 +347,34 @@ contains
   end subroutine add_to_nodes
 
   !> Give the sinks the heat of a step `dt` [s].
-  subroutine warm_sinks(sim, dt, x)
-    type(simulation_t), intent(inout) :: sim
+  subroutine warm_sinks(tools, backings, dt, x)
+    type(tool_t), intent(inout) :: tools(:)
+    type(backing_t), intent(inout) :: backings(:)
     real(rp), intent(in) :: dt
     type(exchange_t), intent(in) :: x
     integer :: i, k, sink
 
-    do k = 1, size(sim%tool)
-      if (sim%tool(k)%heat%is_on) call sim%tool(k)%heat%absorb(dt, x%power(k))
+    do k = 1, size(tools)
+      if (tools(k)%heat%is_on) call tools(k)%heat%absorb(dt, x%power(k))
     end do
-    sink = size(sim%tool)
-    do k = 1, size(sim%backing)
-      do i = 1, size(sim%backing(k)%column)
+    sink = size(tools)
+    do k = 1, size(backings)
+      do i = 1, size(backings(k)%column)
         sink = sink + 1
-        call sim%backing(k)%column(i)%absorb(dt, x%power(sink))
+        call backings(k)%column(i)%absorb(dt, x%power(sink))
       end do
     end do
   end subroutine warm_sinks
 
   !> Reset contact area and heat of the particles at the end of a conduction step.
-  pure subroutine reset_contact_sums(sim)
-    type(simulation_t), intent(inout) :: sim
+  pure subroutine reset_contact_sums(tools, particles)
+    type(tool_t), intent(in) :: tools(:)
+    type(particles_t), intent(inout) :: particles
     integer :: k
 
-    do k = 1, size(sim%tool)
-      if (.not. sim%tool(k)%heat%is_on) cycle
-      sim%particles%ps(:, sim%tool(k)%heat%place:sim%tool(k)%heat%place + 1, &
-                       :sim%particles%nblk) = 0.0_rp
+    do k = 1, size(tools)
+      if (.not. tools(k)%heat%is_on) cycle
+      particles%ps(:, tools(k)%heat%place:tools(k)%heat%place + 1, :particles%nblk) = 0.0_rp
     end do
   end subroutine reset_contact_sums
 

@@ -50,7 +50,7 @@ contains
     end do
     lost = 0.0_rp
     do k = 1, sim%scene%n_heat_groups
-      call reflect(sim, r_flux, sim%nodes%g2(:, :, k), lost)
+      call reflect(sim%scene, sim%nodes, sim%boundary, r_flux, sim%nodes%g2(:, :, k), lost)
       call sim%nodes%halo%sum(sim%world, 8, sim%nodes%patch%nn, sim%nodes%g2(:, :, k))
     end do
     if (allocated(gaps%node)) deallocate (gaps%node, gaps%weight, gaps%group, gaps%conductance)
@@ -63,48 +63,47 @@ contains
       if (groups(1) == groups(2) .or. .not. sim%pairs%is_owned(e)) cycle
       if (sim%pairs%gap(e) > slack*length_along(sim%nodes%patch%edges_at(sim%pairs%x(:, e)), &
                                                 sim%pairs%normal(:, e))) cycle
-      call add_gap(sim, e, groups, gaps)
+      call add_gap(sim%scene, sim%nodes, sim%pairs, e, groups, gaps)
     end do
   end subroutine find_gaps
 
   !> Add the contact point near the node of entry `e`, if both bodies have mass there.
-  subroutine add_gap(sim, e, groups, gaps)
-    type(simulation_t), intent(in) :: sim
+  subroutine add_gap(scene, nodes, pairs, e, groups, gaps)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(node_pairs_t), intent(in) :: pairs
     integer, intent(in) :: e, groups(2)
     type(gaps_t), intent(inout) :: gaps
     real(rp) :: area, at(3), coefficient, depth, inwards(3), resistance, temp, weight(0:7, 2), x(3)
     integer :: c, k, node(0:7, 2)
 
-    call evaluate_contact(sim%scene, sim%pairs%pair(e), sim%pairs%normal(:, e), &
-                          sim%nodes%g2(:6, sim%pairs%node(e), groups), area, coefficient)
+    call evaluate_contact(scene, pairs%pair(e), pairs%normal(:, e), &
+                          nodes%g2(:6, pairs%node(e), groups), area, coefficient)
     if (area <= 0.0_rp .or. coefficient <= 0.0_rp) return
     ! the contact surface is midway between the surfaces of both bodies
-    x = sim%pairs%x(:, e) + 0.5_rp*(sim%pairs%ends(1, e) - sim%pairs%ends(2, e)) &
-      *sim%pairs%normal(:, e)
+    x = pairs%x(:, e) + 0.5_rp*(pairs%ends(1, e) - pairs%ends(2, e))*pairs%normal(:, e)
     resistance = 1.0_rp/coefficient
     do k = 1, 2
-      associate (body => sim%scene%body(findloc(sim%scene%body%group, &
-                                                sim%scene%contact(sim%pairs%pair(e))%group(k), &
-                                                dim=1)), patch => sim%nodes%patch)
-        inwards = (2*k - 3)*sim%pairs%normal(:, e)
-        depth = 0.5_rp*norm2(inwards*body%spacing*patch%edges_at(x)/sim%scene%grid%h)
+      associate (body => scene%body(findloc(scene%body%group, &
+                                                scene%contact(pairs%pair(e))%group(k), &
+                                                dim=1)), patch => nodes%patch)
+        inwards = (2*k - 3)*pairs%normal(:, e)
+        depth = 0.5_rp*norm2(inwards*body%spacing*patch%edges_at(x)/scene%grid%h)
         at = patch%linear_place(x + depth*inwards)
         call point_nodes(at, patch%stride, 1, min_capacity, patch%nn, &
-                         sim%nodes%g(:, :, groups(k)), node(:, k), weight(:, k))
+                         nodes%g(:, :, groups(k)), node(:, k), weight(:, k))
         if (sum(weight(:, k)) <= 0.0_rp) return
-        temp = sum(weight(:, k)*sim%nodes%g(4, node(:, k), groups(k)))
+        temp = sum(weight(:, k)*nodes%g(4, node(:, k), groups(k)))
         depth = 0.0_rp
         do c = 0, 7
           at = patch%position(node(c, k)) - x
-          associate (first => sim%pairs%first(node(c, k)), &
-                     sums => sim%nodes%g2(7:8, node(c, k), groups(k)))
-            if (first > 0 .and. sums(1) > 0.0_rp) at = at &
-              + sums(2)/sums(1)*sim%pairs%normal(:, first)
+          associate (first => pairs%first(node(c, k)), sums => nodes%g2(7:8, node(c, k), groups(k)))
+            if (first > 0 .and. sums(1) > 0.0_rp) at = at + sums(2)/sums(1)*pairs%normal(:, first)
           end associate
           depth = depth + weight(c, k)*dot_product(at, inwards)
         end do
         resistance = resistance + max(0.0_rp, depth) &
-          /sim%scene%material(body%material)%conductivity_at(temp)
+          /scene%material(body%material)%conductivity_at(temp)
       end associate
     end do
     gaps%n = gaps%n + 1

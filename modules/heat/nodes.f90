@@ -2,12 +2,13 @@
 !> Conduction between particles and nodes: nodal temperatures and heat fluxes.
 module heat_nodes
   use base_kinds, only: nlane, rp
+  use base_world, only: world_t
   use boundary_symmetry, only: r_flux, r_heat, r_temperature, r_warming, reflect, restore
   use heat_exchange, only: add_conductances, add_exchange, exchange_t, films_need_pressure
   use heat_gaps, only: add_gap_conductances, add_gap_fluxes, gaps_t
   use mpm_blocks, only: weights_of
-  use particles_store, only: f_heat, f_jac, f_mass, f_tau, f_temp, n_conduction
-  use simulation_nodes, only: clear_nodes
+  use particles_store, only: f_heat, f_jac, f_mass, f_tau, f_temp, n_conduction, particles_t
+  use simulation_nodes, only: clear_nodes, nodes_t
   use simulation_parts, only: simulation_t
   use simulation_run, only: e_wall_heat
   use simulation_scene, only: scene_t
@@ -53,12 +54,12 @@ contains
     call clear_nodes(sim%nodes, sim%nodes%g)
     do b = 1, sim%particles%nblk
       call sim%particles%fetch(b + 1, n_conduction)
-      call gather_block(sim, b, with_pressure)
+      call gather_block(sim%scene, sim%particles, sim%nodes, b, with_pressure)
     end do
     do k = 1, sim%scene%n_heat_groups
-      call reflect(sim, r_heat, sim%nodes%g(:, :, k), sim%boundary%mirrors%lost, &
-                   sim%boundary%mirrors%mass_behind(:, k))
-      call sum_all_nodes(sim, 8, sim%nodes%g(:, :, k))
+      call reflect(sim%scene, sim%nodes, sim%boundary, r_heat, sim%nodes%g(:, :, k), &
+                   sim%boundary%mirrors%lost, sim%boundary%mirrors%mass_behind(:, k))
+      call sum_all_nodes(sim%world, sim%scene, sim%nodes, 8, sim%nodes%g(:, :, k))
       do r = 1, sim%nodes%n_ranges
         associate (low => sim%nodes%range(1, r), high => sim%nodes%range(2, r))
           call compute_nodal_temperature(high - low + 1, sim%nodes%g(:, low:high, k))
@@ -67,11 +68,11 @@ contains
           end if
         end associate
       end do
-      call restore(sim, r_temperature, sim%nodes%g(:, :, k))
+      call restore(sim%scene, sim%nodes, sim%boundary, r_temperature, sim%nodes%g(:, :, k))
       do a = 1, 3
         if (.not. sim%scene%grid%grading(a)%is_graded) cycle
-        call centre_temperature(sim, a, sim%nodes%g(:, :, k))
-        call restore(sim, r_temperature, sim%nodes%g(:, :, k))
+        call centre_temperature(sim%world, sim%scene, sim%nodes, a, sim%nodes%g(:, :, k))
+        call restore(sim%scene, sim%nodes, sim%boundary, r_temperature, sim%nodes%g(:, :, k))
       end do
     end do
   end subroutine gather_temperature
@@ -80,19 +81,21 @@ contains
   !> centre of its shape function, which differs from the node where cells grow; the gradient
   !> between the centres of the neighbours takes it to the node, exactly for linear fields. Owners
   !> compute their nodes.
-  subroutine centre_temperature(sim, a, g)
-    type(simulation_t), intent(inout) :: sim
+  subroutine centre_temperature(world, scene, nodes, a, g)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(inout) :: nodes
     integer, intent(in) :: a
-    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
-    real(rp) :: temp(1, sim%nodes%patch%nn)
-    logical :: has_any(sim%nodes%patch%nn)
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)
+    real(rp) :: temp(1, nodes%patch%nn)
+    logical :: has_any(nodes%patch%nn)
     integer :: ijk(3), q, r
 
     temp = 0.0_rp
     has_any = .false.
-    associate (patch => sim%nodes%patch)
-      do r = 1, sim%nodes%n_ranges
-        do q = sim%nodes%range(1, r), sim%nodes%range(2, r)
+    associate (patch => nodes%patch)
+      do r = 1, nodes%n_ranges
+        do q = nodes%range(1, r), nodes%range(2, r)
           has_any(q) = g(1, q) > min_capacity
         end do
       end do
@@ -104,7 +107,7 @@ contains
           temp(1, q) = at_node(ijk(a), [has_any(below), has_any(above)], g(4, [below, q, above]))
         end associate
       end do
-      call sum_all_nodes(sim, 1, temp)
+      call sum_all_nodes(world, scene, nodes, 1, temp)
       do q = 1, patch%nn                  ! nodes beyond the ends have no owner
         if (has_any(q) .and. temp(1, q) > 0.0_rp) g(4:5, q) = temp(1, q)
       end do
@@ -117,7 +120,7 @@ contains
       real(rp), intent(in) :: mean(3)        !! mean temperatures [K]
       real(rp) :: distance(2), rise(2)
 
-      associate (grading => sim%scene%grid%grading(a))
+      associate (grading => scene%grid%grading(a))
         distance = [grading%centre(i) - grading%centre(i - 1), &
                     grading%centre(i + 1) - grading%centre(i)]
         rise = mean(2:3) - mean(1:2)
@@ -144,7 +147,7 @@ contains
     real(rp) :: from_above, from_below
     integer :: i, ijk(3), q, r
 
-    call restore(sim, r_warming, g)
+    call restore(sim%scene, sim%nodes, sim%boundary, r_warming, g)
     allocate (capacity(sim%nodes%patch%nn), new(2, sim%nodes%patch%nn), source=0.0_rp)
     allocate (is_given(sim%nodes%patch%nn), is_image(sim%nodes%patch%nn), source=.false.)
     is_image(sim%boundary%mirrors%pair(1, :sim%boundary%mirrors%n_pairs)) = .true.
@@ -183,7 +186,7 @@ contains
             + from_above
         end associate
       end do
-      call sum_all_nodes(sim, 2, new)
+      call sum_all_nodes(sim%world, sim%scene, sim%nodes, 2, new)
       do q = 1, patch%nn                  ! nodes beyond the ends have no owner
         if (new(2, q) > 0.5_rp) g(5:6, q) = [new(1, q), g(8, q) + new(1, q)]
       end do
@@ -220,13 +223,13 @@ contains
     call clear_nodes(sim%nodes, sim%nodes%g2)
     do b = 1, sim%particles%nblk
       call sim%particles%fetch(b + 1, n_conduction)
-      call diffuse_block(sim, b, dt)
+      call diffuse_block(sim%scene, sim%particles, sim%nodes, b, dt)
     end do
     if (ends) then
       call add_exchange(sim, dt, ends, exchange)
       call add_gap_fluxes(sim%nodes, gaps, dt, ends)
     else
-      call add_conductances(sim, exchange)
+      call add_conductances(sim%nodes, exchange)
       call add_gap_conductances(sim%nodes, gaps)
     end if
     call sum_flux(sim)
@@ -252,8 +255,9 @@ contains
     integer :: k
 
     do k = 1, sim%scene%n_heat_groups
-      call reflect(sim, r_flux, sim%nodes%g2(:, :, k), sim%boundary%mirrors%lost)
-      call sum_all_nodes(sim, 8, sim%nodes%g2(:, :, k))
+      call reflect(sim%scene, sim%nodes, sim%boundary, r_flux, sim%nodes%g2(:, :, k), &
+                   sim%boundary%mirrors%lost)
+      call sum_all_nodes(sim%world, sim%scene, sim%nodes, 8, sim%nodes%g2(:, :, k))
     end do
   end subroutine sum_flux
 
@@ -282,30 +286,33 @@ contains
   end function smoothed_fraction
 
   !> Collective. Sum nodal values over the ranks, including nodes of sleeping material.
-  subroutine sum_all_nodes(sim, width, values)
-    type(simulation_t), intent(inout) :: sim
+  subroutine sum_all_nodes(world, scene, nodes, width, values)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(inout) :: nodes
     integer, intent(in) :: width
-    real(rp), intent(inout) :: values(width, sim%nodes%patch%nn)
+    real(rp), intent(inout) :: values(width, nodes%patch%nn)
 
-    if (sim%scene%method%sleep%is_on) then
-      call sim%nodes%resting_halo%sum(sim%world, width, sim%nodes%patch%nn, values)
+    if (scene%method%sleep%is_on) then
+      call nodes%resting_halo%sum(world, width, nodes%patch%nn, values)
     else
-      call sim%nodes%halo%sum(sim%world, width, sim%nodes%patch%nn, values)
+      call nodes%halo%sum(world, width, nodes%patch%nn, values)
     end if
   end subroutine sum_all_nodes
 
   !> Add capacity, heat and pressure of a block of particles to the nodes.
-  subroutine gather_block(sim, b, with_pressure)
-    type(simulation_t), intent(inout) :: sim
+  subroutine gather_block(scene, particles, nodes, b, with_pressure)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(inout) :: nodes
     integer, intent(in) :: b
     logical, intent(in) :: with_pressure
     integer :: first(nlane)
     real(rp) :: c_p(nlane), w(nlane, 18)
 
-    associate (p => sim%particles, nodes => sim%nodes, &
-               body => sim%scene%body(sim%particles%body(b)))
-      call weights_of(sim%scene, nodes, p%body(b), p%nf, p%ps(:, :, b), w, first)
-      c_p = sim%scene%material(body%material)%specific_heat_at(p%ps(:, f_temp, b))
+    associate (p => particles, body => scene%body(particles%body(b)))
+      call weights_of(scene, nodes, p%body(b), p%nf, p%ps(:, :, b), w, first)
+      c_p = scene%material(body%material)%specific_heat_at(p%ps(:, f_temp, b))
       call capacity_to_grid(p%count(b), w, first, nodes%patch%stride, nodes%patch%nn, c_p, &
                             p%ps(:, f_mass, b), p%ps(:, f_temp, b), p%ps(:, f_heat, b), nodes%rec, &
                             nodes%g(:, :, body%heat_group))
@@ -317,21 +324,22 @@ contains
   end subroutine gather_block
 
   !> Add the conductive fluxes of a block of particles to the nodes.
-  subroutine diffuse_block(sim, b, dt)
-    type(simulation_t), intent(inout) :: sim
+  subroutine diffuse_block(scene, particles, nodes, b, dt)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(inout) :: nodes
     integer, intent(in) :: b
     real(rp), intent(in) :: dt                  !! time step [s]
     integer :: first(nlane)
     real(rp) :: w(nlane, 18)
 
-    associate (p => sim%particles, nodes => sim%nodes, &
-               body => sim%scene%body(sim%particles%body(b)))
-      call weights_of(sim%scene, nodes, p%body(b), p%nf, p%ps(:, :, b), w, first)
-      associate (mat => sim%scene%material(body%material), temp => p%ps(:, f_temp, b))
+    associate (p => particles, body => scene%body(particles%body(b)))
+      call weights_of(scene, nodes, p%body(b), p%nf, p%ps(:, :, b), w, first)
+      associate (mat => scene%material(body%material), temp => p%ps(:, f_temp, b))
         call flux_to_grid(p%count(b), w, first, nodes%patch%stride, nodes%patch%nn, dt, &
                           mat%conductivity_at(temp), 1.0_rp/mat%rho, mat%specific_heat_at(temp), &
                           p%ps(:, f_jac, b), p%ps(:, f_mass, b), temp, &
-                          smoothed_fraction(sim%scene, p%body(b), dt, p%nf, p%ps(:, :, b)), &
+                          smoothed_fraction(scene, p%body(b), dt, p%nf, p%ps(:, :, b)), &
                           nodes%g(:, :, body%heat_group), nodes%rec, &
                           nodes%g2(:, :, body%heat_group))
       end associate

@@ -79,7 +79,7 @@ contains
     sim%nodes%g(4, :, :n) = before + x
     if (system%is_unsolved) sim%step%is_unsolved = .true.
     do k = 1, n
-      call restore(sim, r_temperature, sim%nodes%g(:, :, k))
+      call restore(sim%scene, sim%nodes, sim%boundary, r_temperature, sim%nodes%g(:, :, k))
     end do
     sim%budget%sums([e_film, e_tool]) = booked
     sim%boundary%mirrors%lost = lost
@@ -183,7 +183,7 @@ contains
     associate (g => self%sim%nodes%g, n => self%n)
       g(4, :, :n) = p
       do k = 1, n
-        call restore(self%sim, r_warming, g(:, :, k))
+        call restore(self%sim%scene, self%sim%nodes, self%sim%boundary, r_warming, g(:, :, k))
       end do
       call gather_flux(self%sim, self%exchange, self%gaps, self%dt, .true.)
       q = merge(g(1, :, :n)*p - (self%sim%nodes%g2(5, :, :n) - self%at_zero), 0.0_rp, self%is_free)
@@ -211,7 +211,9 @@ contains
 
     all = unpack(rows, system%is_own, 0.0_rp)
     do k = 1, system%n
-      call sum_all_nodes(system%sim, 1, all(:, k))
+      associate (sim => system%sim)
+        call sum_all_nodes(sim%world, sim%scene, sim%nodes, 1, all(:, k))
+      end associate
     end do
   end subroutine scatter_rows
 

@@ -12,7 +12,7 @@ module hooks_source
   use heat_volumes, only: make_volume, volume_names
   use input_key_table, only: key_table_t
   use input_values, only: input_t
-  use particles_store, only: f_heat, f_mass, f_pos, tag_faces
+  use particles_store, only: f_heat, f_mass, f_pos, particles_t, tag_faces
   use simulation_parts, only: hook_t, simulation_t
   use simulation_run, only: e_source, skin
   use simulation_scene, only: scene_t
@@ -122,9 +122,9 @@ contains
     end associate
     all = 0.0_rp
     do b = 1, sim%particles%nblk
-      if (self%covers_none(sim, centre, b)) cycle
+      if (self%covers_none(sim%scene, sim%particles, centre, b)) cycle
       do p = 1, sim%particles%count(b)
-        all = all + self%covered(sim, centre, b, p)
+        all = all + self%covered(sim%scene, sim%particles, centre, b, p)
       end do
     end do
     call sim%world%sum(all)
@@ -137,44 +137,47 @@ contains
     end if
     if (sim%world%is_root()) sim%budget%sums(e_source) = sim%budget%sums(e_source) + heat
     do b = 1, sim%particles%nblk
-      if (self%covers_none(sim, centre, b)) cycle
+      if (self%covers_none(sim%scene, sim%particles, centre, b)) cycle
       do p = 1, sim%particles%count(b)
         sim%particles%ps(p, f_heat, b) = sim%particles%ps(p, f_heat, b) &
-          + heat/all(1)*self%covered(sim, centre, b, p)
+          + heat/all(1)*self%covered(sim%scene, sim%particles, centre, b, p)
       end do
     end do
   end subroutine give_heat
 
   !> True if no particle of block `b` can be covered.
-  pure logical function covers_none(self, sim, centre, b)
+  pure logical function covers_none(self, scene, particles, centre, b)
     class(source_t), intent(in) :: self
-    type(simulation_t), intent(in) :: sim
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
     real(rp), intent(in) :: centre(3)                !! centre of the source [m]
     integer, intent(in) :: b
 
-    covers_none = norm2(sim%scene%grid%nearest_image(sim%particles%ball(1:3, b) - centre)) &
-      > sim%particles%ball(4, b) + self%source%radius + (2.0_rp + skin)*sim%scene%grid%longest()
+    covers_none = norm2(scene%grid%nearest_image(particles%ball(1:3, b) - centre)) &
+      > particles%ball(4, b) + self%source%radius + (2.0_rp + skin)*scene%grid%longest()
   end function covers_none
 
   !> Area (disc) or mass (volume) of a particle that the source covers [m2 or kg].
-  pure real(rp) function covered(self, sim, centre, b, p)
+  pure real(rp) function covered(self, scene, particles, centre, b, p)
     class(source_t), intent(in) :: self
-    type(simulation_t), intent(in) :: sim
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
     real(rp), intent(in) :: centre(3)                !! centre of the source [m]
     integer, intent(in) :: b, p
     real(rp) :: d(3), longest(3), spacing(3), width
 
-    d = sim%scene%grid%nearest_image(sim%particles%ps(p, f_pos:f_pos + 2, b) - centre)
-    spacing = sim%scene%spacing_of(sim%particles%body(b), sim%particles%ps(p, :, b))
+    d = scene%grid%nearest_image(particles%ps(p, f_pos:f_pos + 2, b) - centre)
+    spacing = scene%spacing_of(particles%body(b), particles%ps(p, :, b))
     if (self%source%kind == kind_disc) then
-      longest = sim%scene%grid%longest_edges()
+      longest = scene%grid%longest_edges()
       covered = 0.0_rp
-      if (lies_at_height(sim%particles%tag(p, b), d(3), spacing(3), longest(3))) covered = &
-        spacing(1)*spacing(2)
+      if (lies_at_height(particles%tag(p, b), d(3), spacing(3), longest(3))) then
+        covered = spacing(1)*spacing(2)
+      end if
       d(3) = 0.0_rp
       width = sqrt(spacing(1)*spacing(2))
     else
-      covered = sim%particles%ps(p, f_mass, b)
+      covered = particles%ps(p, f_mass, b)
       width = product(spacing)**(1.0_rp/3.0_rp)
     end if
     covered = covered*self%source%volume%weight(d, width)

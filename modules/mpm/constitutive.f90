@@ -7,12 +7,12 @@ module mpm_constitutive
   use mpm_fbar, only: relax_volume
   use mpm_stability, only: domain_factor
   use particles_store, only: f_bbar, f_flow, f_jac, f_mass, f_plastic, f_pos, f_rate, f_tau, &
-                             f_temp
+                             f_temp, particles_t
   use physics_flow_law, only: flow_law_t, max_warnings
   use physics_stress, only: advance_stress, stress_sums_t
   use simulation_parts, only: simulation_t
-  use simulation_run, only: e_body, e_plastic, e_stress, outcome_t
-  use simulation_scene, only: average_never
+  use simulation_run, only: budget_t, clock_t, e_body, e_plastic, e_stress, outcome_t, step_t
+  use simulation_scene, only: average_never, scene_t
   implicit none (type, external)
   private
 
@@ -47,19 +47,20 @@ contains
   !> carries at most the pressure 2/3 Y ln(1/void) with the flow stress Y, as it then flows into the
   !> sphere (Carroll & Holt 1972, J. Appl. Phys. 43:1626). Where a particle has more, its volume
   !> ratio grows to that of the limit, whose work is plastic work.
-  subroutine crush_voids(sim, body, n, nf, ps)
-    type(simulation_t), intent(inout) :: sim
+  subroutine crush_voids(scene, budget, body, n, nf, ps)
+    type(scene_t), intent(in) :: scene
+    type(budget_t), intent(inout) :: budget
     integer, intent(in) :: body, n, nf
     real(rp), intent(inout) :: ps(nlane, nf)
     real(rp) :: before(nlane), energy(nlane), excess, limit, work(nlane)   !! work: [J]
     integer :: p
 
-    associate (void => sim%scene%layout%void)
+    associate (void => scene%layout%void)
       if (void == 0) return
       if (all(ps(:n, void) <= 0.0_rp)) return
       before = ps(:, f_jac)
       work = 0.0_rp
-      associate (material => sim%scene%material(sim%scene%body(body)%material))
+      associate (material => scene%material(scene%body(body)%material))
         do p = 1, n
           if (ps(p, void) <= 0.0_rp .or. ps(p, f_flow) <= 0.0_rp) cycle
           limit = -2.0_rp/3.0_rp*ps(p, f_flow)*log(ps(p, void))
@@ -75,39 +76,42 @@ contains
           ps(:n, f_temp), material%plastic_heat*work(:n)/(ps(:n, f_mass)*material%c_p))
       end associate
     end associate
-    sim%budget%sums(e_plastic) = sim%budget%sums(e_plastic) + sum(work(:n))
-    sim%budget%sums(e_stress) = sim%budget%sums(e_stress) + sum(work(:n)) + sum(energy(:n))
+    budget%sums(e_plastic) = budget%sums(e_plastic) + sum(work(:n))
+    budget%sums(e_stress) = budget%sums(e_stress) + sum(work(:n)) + sum(energy(:n))
   end subroutine crush_voids
 
   !> Acceleration of a body by gravity and loads in this step [m/s2]; zero for a rigid body.
-  pure function external_acceleration(sim, body) result(a)
-    type(simulation_t), intent(in) :: sim
+  pure function external_acceleration(scene, step, body) result(a)
+    type(scene_t), intent(in) :: scene
+    type(step_t), intent(in) :: step
     integer, intent(in) :: body
     real(rp) :: a(3), ramped
     integer :: i
 
     a = 0.0_rp
-    if (sim%scene%body(body)%is_rigid()) return
-    a = sim%scene%method%gravity
-    do i = 1, size(sim%scene%body(body)%load)
-      associate (load => sim%scene%body(body)%load(i))
+    if (scene%body(body)%is_rigid()) return
+    a = scene%method%gravity
+    do i = 1, size(scene%body(body)%load)
+      associate (load => scene%body(body)%load(i))
         ramped = 1.0_rp
-        if (sim%step%force_time < load%ramp) ramped = sim%step%force_time/load%ramp
+        if (step%force_time < load%ramp) ramped = step%force_time/load%ramp
         a = a + ramped*load%acceleration
       end associate
     end do
   end function external_acceleration
 
   !> Record the work of gravity and loads.
-  subroutine record_external_work(sim, body, n, dt, v, dv, mass)
-    type(simulation_t), intent(inout) :: sim
+  subroutine record_external_work(scene, step, budget, body, n, dt, v, dv, mass)
+    type(scene_t), intent(in) :: scene
+    type(step_t), intent(in) :: step
+    type(budget_t), intent(inout) :: budget
     integer, intent(in) :: body, n
     real(rp), intent(in) :: dt, v(nlane, 3), dv(nlane, 3), mass(nlane)
     real(rp) :: a(3)
 
-    a = external_acceleration(sim, body)
+    a = external_acceleration(scene, step, body)
     if (all(abs(a) <= 0.0_rp)) return
-    sim%budget%sums(e_body) = sim%budget%sums(e_body) + body_work(n, dt, a, mass, v, dv)
+    budget%sums(e_body) = budget%sums(e_body) + body_work(n, dt, a, mass, v, dv)
   end subroutine record_external_work
 
   !> Update the stress over `dt`. The flow law uses the particle's own temperature: the nodal
@@ -135,12 +139,16 @@ contains
     sim%budget%sums(e_stress) = sim%budget%sums(e_stress) + sums%stress_work
     sim%budget%failed_returns = sim%budget%failed_returns + sums%failed
     outcome%stiffness = max(outcome%stiffness, sums%stiffness)
-    if (any(sums%warnings > 0)) call count_warnings(sim, body, sums, nf, ps)
+    if (any(sums%warnings > 0)) then
+      call count_warnings(sim%scene, sim%clock, sim%budget, body, sums, nf, ps)
+    end if
   end subroutine update_block_stress
 
   !> Count particles outside the validity range of a flow law, and store the first occurrence.
-  subroutine count_warnings(sim, body, sums, nf, ps)
-    type(simulation_t), intent(inout) :: sim
+  subroutine count_warnings(scene, clock, budget, body, sums, nf, ps)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(budget_t), intent(inout) :: budget
     integer, intent(in) :: body, nf
     type(stress_sums_t), intent(in) :: sums
     real(rp), intent(in) :: ps(nlane, nf)
@@ -148,25 +156,27 @@ contains
 
     do k = 1, max_warnings
       if (sums%warnings(k) == 0) cycle
-      place = sim%scene%material(sim%scene%body(body)%material)%warning(k)
-      if (sim%budget%warnings(place) <= 0.0_rp) sim%budget%warning_place(:, place) = &
-        [sim%clock%time, ps(sums%lane(k), f_temp), ps(sums%lane(k), f_pos:f_pos + 2)]
-      sim%budget%warnings(place) = sim%budget%warnings(place) + sums%warnings(k)
+      place = scene%material(scene%body(body)%material)%warning(k)
+      if (budget%warnings(place) <= 0.0_rp) then
+        budget%warning_place(:, place) = [clock%time, ps(sums%lane(k), f_temp), &
+                                          ps(sums%lane(k), f_pos:f_pos + 2)]
+      end if
+      budget%warnings(place) = budget%warnings(place) + sums%warnings(k)
     end do
   end subroutine count_warnings
 
   !> Apply recovery, coarsening and recrystallisation over `dt` [s] at the particles' temperatures.
-  subroutine anneal_particles(sim, dt)
-    type(simulation_t), intent(inout) :: sim
+  subroutine anneal_particles(scene, particles, dt)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(inout) :: particles
     real(rp), intent(in) :: dt
     integer :: b
 
-    if (.not. any(sim%scene%material%anneals())) return
-    do b = 1, sim%particles%nblk
-      associate (material => sim%scene%material(sim%scene%body(sim%particles%body(b))%material))
+    if (.not. any(scene%material%anneals())) return
+    do b = 1, particles%nblk
+      associate (material => scene%material(scene%body(particles%body(b))%material))
         if (.not. allocated(material%flow)) cycle
-        call anneal_one(material%flow, dt, sim%scene%layout%law, sim%particles%nf, &
-                        sim%particles%ps(:, :, b))
+        call anneal_one(material%flow, dt, scene%layout%law, particles%nf, particles%ps(:, :, b))
       end associate
     end do
   end subroutine anneal_particles

@@ -9,7 +9,7 @@ module mpm_prescribed
   use physics_material, only: material_t
   use physics_stress, only: compute_elastic_stress
   use simulation_parts, only: simulation_t
-  use simulation_run, only: e_body
+  use simulation_run, only: clock_t, e_body, step_t
   use simulation_scene, only: scene_t, scheme_musl, scheme_usl
   implicit none (type, external)
   private
@@ -84,18 +84,20 @@ contains
 
   !> Shift the velocities of USL and MUSL, which belong to mid-step times, back from t = 0 by half
   !> of `dt`, and set the velocity gradients of the affine transfer to those of that time.
-  subroutine stagger_velocities(sim, dt)
-    type(simulation_t), intent(inout) :: sim
+  subroutine stagger_velocities(scene, clock, particles, dt)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(inout) :: clock
+    type(particles_t), intent(inout) :: particles
     real(rp), intent(in) :: dt                     !! first time step [s]
     integer :: b
 
-    do b = 1, sim%particles%nblk
-      associate (body => sim%scene%body(sim%particles%body(b)))
+    do b = 1, particles%nblk
+      associate (body => scene%body(particles%body(b)))
         if (.not. allocated(body%field)) cycle
         if (.not. body%field%has_motion) cycle
-        sim%clock%dt = dt
-        call stagger_block(body%field, velocity_time(sim), dt, sim%scene%layout, sim%particles%nf, &
-                           sim%particles%ps(:, :, b))
+        clock%dt = dt
+        call stagger_block(body%field, velocity_time(scene, clock), dt, scene%layout, &
+                           particles%nf, particles%ps(:, :, b))
       end associate
     end do
   end subroutine stagger_velocities
@@ -145,25 +147,27 @@ contains
   end function cross
 
   !> Time at which particle velocities are defined [s].
-  pure real(rp) function velocity_time(sim)
-    type(simulation_t), intent(in) :: sim
+  pure real(rp) function velocity_time(scene, clock)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
 
-    velocity_time = sim%clock%time
-    if (any(sim%scene%method%scheme == [scheme_usl, scheme_musl])) then
-      velocity_time = sim%clock%time - 0.5_rp*sim%clock%dt
+    velocity_time = clock%time
+    if (any(scene%method%scheme == [scheme_usl, scheme_musl])) then
+      velocity_time = clock%time - 0.5_rp*clock%dt
     end if
   end function velocity_time
 
   !> Add the body force of a block's field to its records.
-  subroutine add_prescribed_force(sim, body, nf, ps, rec)
-    type(simulation_t), intent(in) :: sim
+  subroutine add_prescribed_force(scene, step, body, nf, ps, rec)
+    type(scene_t), intent(in) :: scene
+    type(step_t), intent(in) :: step
     integer, intent(in) :: body, nf
     real(rp), intent(in) :: ps(nlane, nf)
     real(rp), intent(inout) :: rec(8, 4, nlane)
     real(rp) :: b(nlane, 3)
     integer :: p
 
-    call sim%scene%body(body)%field%force(sim%step%force_time, ps(1, sim%scene%layout%origin), b)
+    call scene%body(body)%field%force(step%force_time, ps(1, scene%layout%origin), b)
     do p = 1, nlane
       rec(5:7, 1, p) = rec(5:7, 1, p) + ps(p, f_mass)*b(p, :)
     end do

@@ -11,10 +11,12 @@ module mpm_sweeps
   use mpm_fbar, only: add_volume
   use mpm_prescribed, only: add_prescribed_force, record_prescribed_work
   use mpm_tractions, only: record_traction_work
-  use particles_store, only: f_flow, f_mass, f_pos, f_rate, f_tau, f_temp, f_vel, n_to_grid
+  use particles_store, only: f_flow, f_mass, f_pos, f_rate, f_tau, f_temp, f_vel, n_to_grid, &
+                             particles_t
+  use simulation_nodes, only: nodes_t
   use simulation_parts, only: simulation_t
-  use simulation_run, only: outcome_t
-  use simulation_scene, only: scheme_usavg, scheme_usl
+  use simulation_run, only: clock_t, outcome_t
+  use simulation_scene, only: scene_t, scheme_usavg, scheme_usl
   use transfer_scatter, only: p2g_block, p2g_values_block
   implicit none (type, external)
   private
@@ -42,7 +44,8 @@ contains
       b = sim%particles%turn(i)
       call sim%particles%fetch(b + 1, last_read, n_to_grid, f_rate - 1)   ! usually the next block
       call force_to_grid(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
-                         sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, group_of(sim, b)))
+                         sim%particles%ps(:, :, b), sim%nodes%rec, &
+                         g(:, :, group_of(sim%scene, sim%particles, b)))
     end do
   end subroutine blocks_to_grid
 
@@ -58,10 +61,14 @@ contains
     call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
     call force_records(sim%clock%mass_scaling, &
                        1.0_rp/sim%scene%material(sim%scene%body(body)%material)%rho, &
-                       external_acceleration(sim, body), ps(1, f_mass), ps(1, f_vel), &
-                       ps(1, f_tau), ps(1, f_temp), rec)
-    if (sim%scene%body(body)%is_forced()) call add_prescribed_force(sim, body, nf, ps, rec)
-    if (sim%scene%method%scheme == scheme_usl) call map_volume(sim, body, n, w, first, nf, ps)
+                       external_acceleration(sim%scene, sim%step, body), ps(1, f_mass), &
+                       ps(1, f_vel), ps(1, f_tau), ps(1, f_temp), rec)
+    if (sim%scene%body(body)%is_forced()) then
+      call add_prescribed_force(sim%scene, sim%step, body, nf, ps, rec)
+    end if
+    if (sim%scene%method%scheme == scheme_usl) then
+      call map_volume(sim%scene, sim%clock, sim%nodes, body, n, w, first, nf, ps)
+    end if
     if (sim%scene%layout%affine > 0) then
       call affine_to_grid(sim%nodes, n, ps(1, f_pos), ps(1, sim%scene%layout%affine), w, first, &
                           rec, g)
@@ -82,11 +89,13 @@ contains
       call sim%particles%fetch(b + 1, sim%particles%nf, f_vel + 2, f_rate - 1)
       if (present(g_motion)) then
         call map_momentum(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
-                          sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, group_of(sim, b)), &
-                          g_motion(:, :, group_of(sim, b)))
+                          sim%particles%ps(:, :, b), sim%nodes%rec, &
+                          g(:, :, group_of(sim%scene, sim%particles, b)), &
+                          g_motion(:, :, group_of(sim%scene, sim%particles, b)))
       else
         call map_momentum(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
-                          sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, group_of(sim, b)))
+                          sim%particles%ps(:, :, b), sim%nodes%rec, &
+                          g(:, :, group_of(sim%scene, sim%particles, b)))
       end if
     end do
   end subroutine momentum_to_grid
@@ -102,14 +111,14 @@ contains
 
     if (present(g_motion) .and. .not. sim%scene%body(body)%is_rigid()) then
       call gather_lanes(sim%scene, sim%nodes, body, n, nf, ps, 1, 7, g_motion, rec, w, first, u)
-      call store_affine(sim, n, nf, ps, w, first, g_motion, rec)
+      call store_affine(sim%scene, sim%nodes, n, nf, ps, w, first, g_motion, rec)
       ps(:n, f_vel:f_vel + 2) = (1.0_rp - sim%step%pic)*(ps(:n, f_vel:f_vel + 2) + u(:n, 5:7)) &
                                 + sim%step%pic*u(:n, 1:3)
     else
       call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
     end if
     call momentum_records(sim%clock%mass_scaling, ps(1, f_mass), ps(1, f_vel), rec)
-    call map_volume(sim, body, n, w, first, nf, ps)
+    call map_volume(sim%scene, sim%clock, sim%nodes, body, n, w, first, nf, ps)
     if (sim%scene%layout%affine > 0) then
       rec(5:8, :, :) = 0.0_rp
       call affine_to_grid(sim%nodes, n, ps(1, f_pos), ps(1, sim%scene%layout%affine), w, first, &
@@ -120,16 +129,17 @@ contains
   end subroutine map_momentum
 
   !> Add the sums for F-bar averaging.
-  subroutine map_volume(sim, body, n, w, first, nf, ps)
-    type(simulation_t), intent(inout) :: sim
+  subroutine map_volume(scene, clock, nodes, body, n, w, first, nf, ps)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(inout) :: nodes
     integer, intent(in) :: body, n, first(nlane), nf
     real(rp), intent(in) :: w(nlane, 18), ps(nlane, nf)
 
-    if (.not. sim%scene%method%fbar) return
-    call add_volume(sim%scene%body(body)%averaging, &
-                    sim%scene%material(sim%scene%body(body)%material)%k, sim%clock%dt, body, n, w, &
-                    first, sim%nodes%patch%stride, nf, ps, size(sim%nodes%volume, 1), &
-                    sim%nodes%patch%nn, sim%nodes%volume)
+    if (.not. scene%method%fbar) return
+    call add_volume(scene%body(body)%averaging, scene%material(scene%body(body)%material)%k, &
+                    clock%dt, body, n, w, first, nodes%patch%stride, nf, ps, &
+                    size(nodes%volume, 1), nodes%patch%nn, nodes%volume)
   end subroutine map_volume
 
   !> Update the particles from the grid: move them with `g_motion`, then update the stress over
@@ -160,7 +170,7 @@ contains
       b = sim%particles%order(i)
       call sim%particles%fetch(sim%particles%order(min(i + 1, sim%particles%n_awake)), &
                                sim%particles%nf)
-      k = group_of(sim, b)
+      k = group_of(sim%scene, sim%particles, b)
       call advance_block(sim, b, sim%particles%count(b), dt, g_motion(:, :, k), g_strain(:, :, k), &
                          dt_stress, sim%particles%ps(:, :, b), outcome)
     end do
@@ -190,15 +200,15 @@ contains
         call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
         call gather_velocity(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, g_motion, &
                              rec, v, dv, l)
-        call store_affine(sim, n, nf, ps, w, first, g_motion, rec)
+        call store_affine(sim%scene, sim%nodes, n, nf, ps, w, first, g_motion, rec)
         call advance_particles(n, dt, sim%step%pic, v, dv, ps(1, f_pos), ps(1, f_vel), &
                                outcome%speed2)
       end if
       if (sim%scene%layout%half > 0) call stretch_domains(dt_stress, l, &
                                                           ps(1, sim%scene%layout%half))
       call average_volume(sim, body, n, w, first, nf, ps)
-      call crush_voids(sim, body, n, nf, ps)
-      call record_external_work(sim, body, n, dt, v, dv, ps(1, f_mass))
+      call crush_voids(sim%scene, sim%budget, body, n, nf, ps)
+      call record_external_work(sim%scene, sim%step, sim%budget, body, n, dt, v, dv, ps(1, f_mass))
       if (sim%scene%body(body)%is_forced()) then
         call record_prescribed_work(sim, body, n, dt, v, dv, nf, ps)
       end if
@@ -232,15 +242,15 @@ contains
   end subroutine move_block
 
   !> Store the velocity gradient that APIC particles carry to the next step.
-  subroutine store_affine(sim, n, nf, ps, w, first, g, rec)
-    type(simulation_t), intent(in) :: sim
+  subroutine store_affine(scene, nodes, n, nf, ps, w, first, g, rec)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: n, nf, first(nlane)
-    real(rp), intent(in) :: w(nlane, 18), g(8, sim%nodes%patch%nn)
+    real(rp), intent(in) :: w(nlane, 18), g(8, nodes%patch%nn)
     real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
 
-    if (sim%scene%layout%affine == 0) return
-    call gather_gradient(sim%nodes, n, ps(1, f_pos), w, first, g, rec, &
-                         ps(1, sim%scene%layout%affine))
+    if (scene%layout%affine == 0) return
+    call gather_gradient(nodes, n, ps(1, f_pos), w, first, g, rec, ps(1, scene%layout%affine))
   end subroutine store_affine
 
   !> Update the stress over `dt` with the velocity field `g`, at unchanged positions.
@@ -253,8 +263,8 @@ contains
     do b = 1, sim%particles%nblk
       call sim%particles%fetch(b + 1, sim%particles%nf)
       call strain_block(sim, sim%particles%body(b), sim%particles%count(b), dt, &
-                        g(:, :, group_of(sim, b)), sim%particles%nf, sim%particles%ps(:, :, b), &
-                        sim%nodes%rec, outcome)
+                        g(:, :, group_of(sim%scene, sim%particles, b)), sim%particles%nf, &
+                        sim%particles%ps(:, :, b), sim%nodes%rec, outcome)
     end do
   end subroutine update_stress
 
@@ -277,11 +287,12 @@ contains
   end subroutine strain_block
 
   !> Velocity-field group of block `b`.
-  pure integer function group_of(sim, b)
-    type(simulation_t), intent(in) :: sim
+  pure integer function group_of(scene, particles, b)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
     integer, intent(in) :: b
 
-    group_of = sim%scene%body(sim%particles%body(b))%group
+    group_of = scene%body(particles%body(b))%group
   end function group_of
 
 end module mpm_sweeps

@@ -6,7 +6,8 @@ module mpm_tractions
   use mpm_faces, only: add_to_nodes, face_area, face_of, face_t, mean_velocity
   use particles_store, only: tag_faces
   use simulation_parts, only: simulation_t
-  use simulation_run, only: e_body
+  use simulation_run, only: e_body, step_t
+  use simulation_scene, only: scene_t
   implicit none (type, external)
   private
 
@@ -72,7 +73,7 @@ contains
     do p = 1, sim%particles%count(b)
       do k = 1, 6
         if (.not. btest(faces(p), k - 1)) cycle
-        stress = stress_on(sim, body, k, p, nf, ps)
+        stress = stress_on(sim%scene, sim%step, body, k, p, nf, ps)
         if (all(abs(stress) <= 0.0_rp)) cycle
         n = n + 1
         face(n) = face_of(sim%scene, sim%nodes, body, k, p, nf, ps, w, first)
@@ -82,22 +83,23 @@ contains
   end subroutine list_loaded_faces
 
   !> Sum of the current tractions on face `k` of particle `p` [Pa].
-  pure function stress_on(sim, body, k, p, nf, ps) result(stress)
-    type(simulation_t), intent(in) :: sim
+  pure function stress_on(scene, step, body, k, p, nf, ps) result(stress)
+    type(scene_t), intent(in) :: scene
+    type(step_t), intent(in) :: step
     integer, intent(in) :: body, k, p, nf
     real(rp), intent(in) :: ps(nlane, nf)
     real(rp) :: stress(3), ramped
     integer :: i
 
     stress = 0.0_rp
-    associate (tractions => sim%scene%body(body)%traction, origin => sim%scene%layout%origin)
+    associate (tractions => scene%body(body)%traction, origin => scene%layout%origin)
       do i = 1, size(tractions)
         if (tractions(i)%has_box) then
           if (any(ps(p, origin:origin + 2) < tractions(i)%lower) .or. &
               any(ps(p, origin:origin + 2) > tractions(i)%upper)) cycle
         end if
         ramped = 1.0_rp
-        if (sim%step%force_time < tractions(i)%ramp) ramped = sim%step%force_time/tractions(i)%ramp
+        if (step%force_time < tractions(i)%ramp) ramped = step%force_time/tractions(i)%ramp
         stress = stress + ramped*tractions(i)%stress(:, k)
       end do
     end associate

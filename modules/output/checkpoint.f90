@@ -6,17 +6,20 @@ module output_checkpoint
   use base_world, only: world_t
   use io_checkpoint, only: notes_t, write_checkpoint
   use io_plausible, only: counts, min_positive, numbers_t, speed_of_light
+  use particles_tracers, only: tracers_t
   use simulation_inertia, only: inertia_t
   use simulation_node_pairs, only: n_kept
   use simulation_nodes, only: gather_light, n_light
   use simulation_parts, only: simulation_t
   use simulation_probes, only: share_probes
-  use simulation_run, only: n_sums, sum_of
+  use simulation_run, only: budget_t, clock_t, n_sums, sleepers_t, sum_of
   use simulation_scene, only: output_t, scene_t
   use sleep_motion, only: edge
+  use tools_heat_sink, only: backing_t
   use tools_monitor, only: n_monitor
   use tools_motion, only: drive_t
   use tools_sums, only: n_tool_sums, tool_sum_of
+  use tools_tool, only: tool_t
   implicit none (type, external)
   private
 
@@ -74,7 +77,7 @@ contains
     allocate (of_run%value(0))
     of_rank = of_run
     call pass_numbers(sim, last, of_run)
-    call pass_sums(sim, of_rank)
+    call pass_sums(sim%world, sim%tool, sim%sleepers, sim%budget, of_rank)
     call make_notes(sim%scene%output, sim%clock%time, notes)
     notes%layout = sim%scene%layout%places()
     file = checkpoint_path(sim%scene)
@@ -162,8 +165,8 @@ contains
       call pass_inertia(h%sort_inertia, s)
       call s%pass(size(sim%pairs%kept), sim%pairs%kept, 'a normal between bodies')
     end associate
-    call pass_tools(sim, far, numbers)
-    call pass_tracers(sim, numbers)
+    call pass_tools(sim%clock, sim%tool, sim%backing, far, numbers)
+    call pass_tracers(sim%clock, sim%tracers, numbers)
     do a = 1, size(sim%hook)
       associate (hook => sim%hook(a)%it)
         call numbers%pass(size(hook%state), hook%state, 'the state of '//hook%name)
@@ -183,16 +186,18 @@ contains
   end subroutine pass_inertia
 
   !> Write or read the states of tools and backings.
-  subroutine pass_tools(sim, far, numbers)
-    type(simulation_t), intent(inout) :: sim
+  subroutine pass_tools(clock, tools, backings, far, numbers)
+    type(clock_t), intent(in) :: clock
+    type(tool_t), intent(inout) :: tools(:)
+    type(backing_t), intent(inout) :: backings(:)
     real(rp), intent(in) :: far                  !! bound of coordinates [m]
     type(numbers_t), intent(inout) :: numbers
     real(rp), allocatable :: x(:)
     real(rp) :: phases
     integer :: i, k, n
 
-    do k = 1, size(sim%tool)
-      associate (tool => sim%tool(k), s => numbers)
+    do k = 1, size(tools)
+      associate (tool => tools(k), s => numbers)
         n = tool%n_phases
         call s%pass_one(n, 'the number of phases of a tool', 0.0_rp, real(size(s%value), rp))
         if (s%is_read .and. .not. s%has_set()) n = 0
@@ -205,14 +210,14 @@ contains
         call s%pass_one(x(5), 'the flag of a tool that presses', 0.0_rp, 1.0_rp)
         call s%pass_one(x(6), 'the phase of a tool', 0.0_rp, phases)
         call s%pass_one(x(7), 'the force at the beginning of the phase of a tool [N]')
-        if (s%has_set()) call tool%drive%set_state(x, sim%clock%time)
+        if (s%has_set()) call tool%drive%set_state(x, clock%time)
         if (tool%monitor%is_on) then
           x = spread(0.0_rp, 1, n_monitor + n)
           if (.not. s%is_read) x = tool%monitor%state(tool%motion, n)
           call s%pass(4, x(1:4), 'the load of a tool')
           call s%pass_one(x(5), 'the phase of a tool', 1.0_rp, phases)
           call s%pass_one(x(6), 'the flag of an ended phase of a tool', 0.0_rp, 1.0_rp)
-          call s%pass_one(x(7), 'the time at which a tool was stopped [s]', -1.0_rp, sim%clock%time)
+          call s%pass_one(x(7), 'the time at which a tool was stopped [s]', -1.0_rp, clock%time)
           call s%pass_one(x(8), 'the spin of a stopped tool [rad/s]')
           call s%pass(n, x(9:), 'the duration of a phase of a tool [s]', 0.0_rp)
           if (s%has_set()) call tool%monitor%set_state(x, tool%motion)
@@ -222,39 +227,43 @@ contains
         if (s%has_set()) call tool%heat%set_state(x)
       end associate
     end do
-    do k = 1, size(sim%backing)
-      do i = 1, size(sim%backing(k)%column)
-        x = sim%backing(k)%column(i)%state()
+    do k = 1, size(backings)
+      do i = 1, size(backings(k)%column)
+        x = backings(k)%column(i)%state()
         call numbers%pass_sink(x)
-        if (numbers%has_set()) call sim%backing(k)%column(i)%set_state(x)
+        if (numbers%has_set()) call backings(k)%column(i)%set_state(x)
       end do
     end do
   end subroutine pass_tools
 
   !> Write or read the state of the tracers.
-  subroutine pass_tracers(sim, numbers)
-    type(simulation_t), intent(inout) :: sim
+  subroutine pass_tracers(clock, tracers, numbers)
+    type(clock_t), intent(in) :: clock
+    type(tracers_t), intent(inout) :: tracers
     type(numbers_t), intent(inout) :: numbers
-    real(rp) :: id(sim%tracers%n)
+    real(rp) :: id(tracers%n)
 
-    associate (t => sim%tracers)
+    associate (t => tracers)
       if (t%n == 0) return
       id = real(t%id, rp)
       call numbers%pass_one(t%rows, 'the number of rows of the tracers', 0.0_rp, counts)
       call numbers%pass(size(t%row_time), t%row_time, 'the time of the last row of tracers [s]', &
-                        -1.0_rp, sim%clock%time)
+                        -1.0_rp, clock%time)
       call numbers%pass(t%n, id, 'the number of a particle', 0.0_rp, counts)
       if (numbers%has_set()) call t%set_ids(nint(id, i8))
     end associate
   end subroutine pass_tracers
 
   !> Write or read the sums of this rank.
-  subroutine pass_sums(sim, numbers)
-    type(simulation_t), intent(inout) :: sim
+  subroutine pass_sums(world, tools, sleepers, budget, numbers)
+    type(world_t), intent(in) :: world
+    type(tool_t), intent(inout) :: tools(:)
+    type(sleepers_t), intent(inout) :: sleepers
+    type(budget_t), intent(inout) :: budget
     type(numbers_t), intent(inout) :: numbers
     integer :: i, k
 
-    associate (b => sim%budget)
+    associate (b => budget)
       do k = 1, n_sums
         call numbers%pass_one(b%sums(k), trim(sum_of(k)%name)//' ['//trim(sum_of(k)%unit)//']')
       end do
@@ -263,16 +272,16 @@ contains
       call numbers%pass(size(b%warnings), b%warnings, 'the number of warnings', 0.0_rp)
       call numbers%pass(size(b%impulse), b%impulse, 'the impulse of a wall or clamp [N s]')
       call numbers%pass(size(b%hooks), b%hooks, 'a sum of a hook')
-      do k = 1, size(sim%tool)
+      do k = 1, size(tools)
         do i = 1, n_tool_sums
-          call numbers%pass_one(sim%tool(k)%sums(i), trim(tool_sum_of(i)%name)//' of a tool ['// &
+          call numbers%pass_one(tools(k)%sums(i), trim(tool_sum_of(i)%name)//' of a tool ['// &
                                 trim(tool_sum_of(i)%unit)//']')
         end do
-        call pass_reaction(sim%world, sim%tool(k)%drive, numbers)
+        call pass_reaction(world, tools(k)%drive, numbers)
       end do
     end associate
-    if (.not. allocated(sim%sleepers%motion%sums)) return
-    call numbers%pass(size(sim%sleepers%motion%sums), sim%sleepers%motion%sums, &
+    if (.not. allocated(sleepers%motion%sums)) return
+    call numbers%pass(size(sleepers%motion%sums), sleepers%motion%sums, &
                       'the motion of a cube of nodes')
   end subroutine pass_sums
 

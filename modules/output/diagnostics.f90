@@ -3,8 +3,12 @@
 module output_diagnostics
   use base_kinds, only: rp
   use base_text, only: str
+  use base_world, only: world_t
   use particles_store, only: f_pos, f_vel, particles_t, tag_id
+  use simulation_nodes, only: nodes_t
   use simulation_parts, only: simulation_t
+  use simulation_run, only: step_t
+  use simulation_scene, only: scene_t
   implicit none (type, external)
   private
 
@@ -19,9 +23,9 @@ contains
     character(*), intent(in) :: why                  !! cause; '' if it is the speed
     character(:), allocatable :: local_message
 
-    local_message = describe_non_finite(sim)
+    local_message = describe_non_finite(sim%scene, sim%particles)
     if (sim%world%all_true(local_message == '')) then
-      local_message = near_fastest_node(sim)
+      local_message = near_fastest_node(sim%world, sim%step, sim%particles, sim%nodes)
       if (local_message /= '' .and. why /= '') local_message = local_message//': '//why
     end if
     call sim%world%share_message(local_message, message)
@@ -45,19 +49,20 @@ contains
   end function is_finite
 
   !> Description of the first particle of this rank with a non-finite field; '' if none.
-  function describe_non_finite(sim) result(text)
-    type(simulation_t), intent(in) :: sim
+  function describe_non_finite(scene, particles) result(text)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
     character(:), allocatable :: text
     integer :: b, f, p
 
     text = ''
-    if (is_finite(sim%particles)) return
-    do b = 1, sim%particles%nblk
-      do p = 1, sim%particles%count(b)
-        do f = 1, sim%particles%nf
-          if (abs(sim%particles%ps(p, f, b)) <= huge(1.0_rp)) cycle
-          text = describe_particle(sim%particles, p, b, 'has a '// &
-                                   sim%scene%layout%name_of(f)//' that is not a finite number')
+    if (is_finite(particles)) return
+    do b = 1, particles%nblk
+      do p = 1, particles%count(b)
+        do f = 1, particles%nf
+          if (abs(particles%ps(p, f, b)) <= huge(1.0_rp)) cycle
+          text = describe_particle(particles, p, b, 'has a '//scene%layout%name_of(f)// &
+                                   ' that is not a finite number')
           return
         end do
       end do
@@ -65,27 +70,30 @@ contains
   end function describe_non_finite
 
   !> Description of the particle nearest to the fastest node, on the rank that has it; else ''.
-  function near_fastest_node(sim) result(text)
-    type(simulation_t), intent(in) :: sim
+  function near_fastest_node(world, step, particles, nodes) result(text)
+    type(world_t), intent(in) :: world
+    type(step_t), intent(in) :: step
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(in) :: nodes
     character(:), allocatable :: text
     real(rp) :: largest(1), mine, x(3), d, nearest
     integer :: b, p
 
     text = ''
     mine = 0.0_rp
-    if (sim%step%fastest_node > 0) mine = sim%step%fastest_speed
+    if (step%fastest_node > 0) mine = step%fastest_speed
     largest = mine
-    call sim%world%max(largest)
-    if (sim%step%fastest_node == 0 .or. mine < largest(1)) return
-    x = sim%nodes%patch%position(sim%step%fastest_node)
+    call world%max(largest)
+    if (step%fastest_node == 0 .or. mine < largest(1)) return
+    x = nodes%patch%position(step%fastest_node)
     nearest = huge(1.0_rp)
-    do b = 1, sim%particles%nblk
-      do p = 1, sim%particles%count(b)
-        d = norm2(sim%particles%ps(p, f_pos:f_pos + 2, b) - x)
+    do b = 1, particles%nblk
+      do p = 1, particles%count(b)
+        d = norm2(particles%ps(p, f_pos:f_pos + 2, b) - x)
         if (d >= nearest) cycle
         nearest = d
-        text = describe_particle(sim%particles, p, b, 'runs away')// &
-          '; the node beside it moves at '//str(largest(1))//' m/s'
+        text = describe_particle(particles, p, b, 'runs away')//'; the node beside it moves at '// &
+          str(largest(1))//' m/s'
       end do
     end do
   end function near_fastest_node

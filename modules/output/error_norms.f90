@@ -8,6 +8,7 @@ module output_error_norms
   use physics_field, only: field_t
   use physics_material, only: material_t
   use simulation_parts, only: simulation_t
+  use simulation_run, only: clock_t
   use simulation_scene, only: scene_t
   implicit none (type, external)
   private
@@ -30,15 +31,16 @@ contains
   end function has_fields
 
   !> Names and units of the columns, without values.
-  function error_headings(sim) result(headings)
-    type(simulation_t), intent(in) :: sim
+  function error_headings(scene, clock) result(headings)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
     character(:), allocatable :: headings(:)
-    real(rp) :: sums(n_sums, size(sim%scene%body)), maxima(n_maxima, size(sim%scene%body))
+    real(rp) :: sums(n_sums, size(scene%body)), maxima(n_maxima, size(scene%body))
     type(row_t) :: row
 
     sums = 0.0_rp
     maxima = 0.0_rp
-    call add_columns(sim, sums, maxima, row)
+    call add_columns(scene, clock, sums, maxima, row)
     headings = row%headings()
   end function error_headings
 
@@ -61,22 +63,22 @@ contains
     end do
     call sim%world%sum(sums)
     call sim%world%max(maxima)
-    call add_columns(sim, sums, maxima, row)
+    call add_columns(sim%scene, sim%clock, sums, maxima, row)
   end subroutine make_error_row
 
   !> Add the time and the errors of each body.
-  subroutine add_columns(sim, sums, maxima, row)
-    type(simulation_t), intent(in) :: sim
-    real(rp), intent(in) :: sums(n_sums, size(sim%scene%body)), &
-      maxima(n_maxima, size(sim%scene%body))
+  subroutine add_columns(scene, clock, sums, maxima, row)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    real(rp), intent(in) :: sums(n_sums, size(scene%body)), maxima(n_maxima, size(scene%body))
     type(row_t), intent(inout) :: row
     character(:), allocatable :: name
     real(rp) :: mean(n_sums)
     integer :: i
 
-    call row%add('time', 's', sim%clock%time)
-    do i = 1, size(sim%scene%body)
-      associate (body => sim%scene%body(i))
+    call row%add('time', 's', clock%time)
+    do i = 1, size(scene%body)
+      associate (body => scene%body(i))
         if (.not. allocated(body%field)) cycle
         name = trim(body%name)
         mean = sqrt(sums(:, i)/max(sums(1, i), tiny(1.0_rp)))
@@ -130,7 +132,7 @@ contains
     real(rp) :: f(nlane, 9), bbar(nlane, 6), jac(nlane), exact_tau(nlane, 6), d(3)
     integer :: p
 
-    call field%motion(velocity_time(sim), x0, unused, exact_v, f)
+    call field%motion(velocity_time(sim%scene, sim%clock), x0, unused, exact_v, f)
     call field%motion(sim%clock%time, x0, exact_x, unused, f)
     call compute_elastic_state(material, n, f, temp, bbar, jac, exact_tau)
     do p = 1, n

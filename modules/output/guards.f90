@@ -10,11 +10,14 @@ module output_guards
   use base_text, only: str
   use base_world, only: world_t
   use io_histories, only: row_t
-  use particles_store, only: f_mass, f_pos, f_temp
+  use particles_store, only: f_mass, f_pos, f_temp, particles_t
   use simulation_parts, only: simulation_t
+  use simulation_run, only: clock_t
   use simulation_scene, only: scene_t, scheme_usavg
+  use tools_heat_sink, only: backing_t
   use tools_shape_revolved, only: revolved_t
   use tools_sums, only: s_layer_strength, s_torque
+  use tools_tool, only: tool_t
   implicit none (type, external)
   private
 
@@ -81,8 +84,8 @@ contains
     end if
     self%is_first = .false.
     if (reason == '') call check_melting(self, columns, melt_ratio, reason)
-    if (reason == '') call check_range(self, sim, columns, reason)
-    if (reason == '') call check_torque(sim, sim%history%row_gained, reason)
+    if (reason == '') call check_range(self, sim%scene, sim%tool, sim%backing, columns, reason)
+    if (reason == '') call check_torque(sim%scene, sim%tool, sim%history%row_gained, reason)
     if (reason == '') return
     sim%step%is_broken = .true.
     sim%step%reason = reason
@@ -105,7 +108,8 @@ contains
     if (any(abs(sim%scene%material%expansion) > 0.0_rp)) return
     error = 0.01_rp*columns%value('audit_error')*sim%history%audit_scale
     part = abs(error)/max(sim%history%audit_scale, tiny(1.0_rp))
-    if (part <= warned_error .or. abs(error) <= rounding*stiffness(sim)) then
+    if (part <= warned_error .or. abs(error) <= rounding*stiffness(sim%world, sim%scene, &
+                                                                   sim%particles)) then
       self%balanced_until = sim%clock%time
       return
     end if
@@ -124,18 +128,20 @@ contains
   end subroutine check_balance
 
   !> Collective. Bulk modulus times volume of all bodies [J].
-  real(rp) function stiffness(sim)
-    type(simulation_t), intent(in) :: sim
+  real(rp) function stiffness(world, scene, particles)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
     real(rp) :: sums(1)
     integer :: b
 
     sums = 0.0_rp
-    do b = 1, sim%particles%nblk
-      associate (m => sim%scene%material(sim%scene%body(sim%particles%body(b))%material))
-        sums = sums + m%k/m%rho*sum(sim%particles%ps(1:sim%particles%count(b), f_mass, b))
+    do b = 1, particles%nblk
+      associate (m => scene%material(scene%body(particles%body(b))%material))
+        sums = sums + m%k/m%rho*sum(particles%ps(1:particles%count(b), f_mass, b))
       end associate
     end do
-    call sim%world%sum(sums)
+    call world%sum(sums)
     stiffness = sums(1)
   end function stiffness
 
@@ -158,32 +164,34 @@ contains
 
   !> Check for metal that is colder than all that was or is in the scene, or hotter where nothing
   !> heats it, by more than a tenth of the range of temperatures and a kelvin.
-  subroutine check_range(self, sim, columns, reason)
+  subroutine check_range(self, scene, tools, backings, columns, reason)
     type(guards_t), intent(inout) :: self
-    type(simulation_t), intent(in) :: sim
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tools(:)
+    type(backing_t), intent(in) :: backings(:)
     type(row_t), intent(in) :: columns
     character(:), allocatable, intent(out) :: reason
     real(rp) :: slack
     integer :: b, k
 
     reason = ''
-    if (.not. sim%scene%method%conducts) return
-    do b = 1, size(sim%scene%body)
-      associate (film => sim%scene%body(b)%film)
+    if (.not. scene%method%conducts) return
+    do b = 1, size(scene%body)
+      associate (film => scene%body(b)%film)
         if (.not. any(film%acts())) cycle
         call widen(self, film%ambient, film%acts())
       end associate
     end do
-    associate (walls => sim%scene%symmetry)
+    associate (walls => scene%symmetry)
       call widen(self, walls%temperature, walls%temperature > 0.0_rp)
     end associate
-    do k = 1, size(sim%tool)
-      if (.not. sim%tool(k)%heat%is_on) cycle
-      call widen(self, sim%tool(k)%heat%range(), [.true., .true.])
+    do k = 1, size(tools)
+      if (.not. tools(k)%heat%is_on) cycle
+      call widen(self, tools(k)%heat%range(), [.true., .true.])
     end do
-    do b = 1, size(sim%backing)
-      do k = 1, size(sim%backing(b)%column)
-        call widen(self, sim%backing(b)%column(k)%range(), [.true., .true.])
+    do b = 1, size(backings)
+      do k = 1, size(backings(b)%column)
+        call widen(self, backings(b)%column(k)%range(), [.true., .true.])
       end do
     end do
     associate (coldest => columns%value('temperature_min'), &
@@ -216,25 +224,26 @@ contains
   !> Check the torque of tools of revolution. It comes from friction alone and is at most the shear
   !> strength times area of the face times the largest radius and half a particle spacing, as arms
   !> are those of particle centres. At symmetry planes the sums cover only part of the face.
-  pure subroutine check_torque(sim, increase, reason)
-    type(simulation_t), intent(in) :: sim
+  pure subroutine check_torque(scene, tools, increase, reason)
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tools(:)
     real(rp), intent(in) :: increase(:, :)
     character(:), allocatable, intent(out) :: reason
     real(rp) :: half, max_torque
     integer :: k
 
     reason = ''
-    half = 0.5_rp*maxval(sim%scene%body%mean_spacing())
-    do k = 1, size(sim%tool)
-      if (.not. sim%tool(k)%has_layer()) cycle
-      if (size(sim%scene%symmetry) > 0) cycle
+    half = 0.5_rp*maxval(scene%body%mean_spacing())
+    do k = 1, size(tools)
+      if (.not. tools(k)%has_layer()) cycle
+      if (size(scene%symmetry) > 0) cycle
       max_torque = 0.0_rp
-      select type (shape => sim%tool(k)%shape)
+      select type (shape => tools(k)%shape)
       class is (revolved_t)                 ! whose contact pressure has no torque about the axis
         max_torque = increase(s_layer_strength, k)*(shape%radius + half)
       end select
       if (abs(increase(s_torque, k)) <= torque_slack*max_torque .or. max_torque <= 0.0_rp) cycle
-      reason = '&TOOL '//trim(sim%tool(k)%name)//' turns against '// &
+      reason = '&TOOL '//trim(tools(k)%name)//' turns against '// &
         str(abs(increase(s_torque, k))/max_torque)// &
         ' times the torque that the shear strength of the metal on its face allows: '// &
         'the steps are too long; lower &TIME CFL or MASS_SCALING'
@@ -243,33 +252,36 @@ contains
   end subroutine check_torque
 
   !> Collective. Check the particles of deformable bodies at a row of the history.
-  subroutine check_particles(self, sim)
+  subroutine check_particles(self, world, scene, clock, particles)
     class(melting_t), intent(inout) :: self
-    type(simulation_t), intent(in) :: sim
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(particles_t), intent(in) :: particles
     type(melt_sample_t) :: sample
     real(rp) :: t_melt
     integer :: b, n, p
 
-    if (all(sim%scene%material%t_melt >= huge(1.0_rp))) return
-    do b = 1, sim%particles%nblk
-      n = sim%particles%count(b)
+    if (all(scene%material%t_melt >= huge(1.0_rp))) return
+    do b = 1, particles%nblk
+      n = particles%count(b)
       if (n == 0) cycle
-      if (sim%scene%body(sim%particles%body(b))%is_rigid()) cycle
-      t_melt = sim%scene%material(sim%scene%body(sim%particles%body(b))%material)%t_melt
-      associate (ps => sim%particles%ps(1:n, :, b))
+      if (scene%body(particles%body(b))%is_rigid()) cycle
+      t_melt = scene%material(scene%body(particles%body(b))%material)%t_melt
+      associate (ps => particles%ps(1:n, :, b))
         sample%mass = sample%mass + sum(ps(:, f_mass))
         p = maxloc(ps(:, f_temp), dim=1)
         if (ps(p, f_temp) - t_melt > sample%over) then
           sample%over = ps(p, f_temp) - t_melt
           sample%temp = ps(p, f_temp)
           sample%x = ps(p, f_pos:f_pos + 2)
-          sample%body = sim%particles%body(b)
+          sample%body = particles%body(b)
         end if
         if (ps(p, f_temp) > t_melt) sample%melted = sample%melted &
             + sum(ps(:, f_mass), mask=ps(:, f_temp) > t_melt)
       end associate
     end do
-    call self%update(sim%world, sim%scene, sample, sim%clock%time)
+    call self%update(world, scene, sample, clock%time)
   end subroutine check_particles
 
   !> Collective. Update the maxima, and warn with the hottest position when metal is above its

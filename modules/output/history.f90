@@ -12,9 +12,9 @@ module output_history
   use output_microstructure, only: add_micro_columns, find_microstructure_means, micro_means_t, &
                                    zero_means
   use output_totals, only: zero_totals, sum_totals, totals_t
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: d_elastic, d_heat, d_kinetic, d_mass, e_body, e_film, e_plastic, &
-                            e_scaling, e_sleep, e_source, e_wall, e_wall_heat, sum_of
+  use simulation_parts, only: history_t, simulation_t
+  use simulation_run, only: clock_t, d_elastic, d_heat, d_kinetic, d_mass, e_body, e_film, &
+                            e_plastic, e_scaling, e_sleep, e_source, e_wall, e_wall_heat, sum_of
   use simulation_scene, only: scene_t
   use tools_heat_sink, only: backing_t
   use tools_sums, only: mean_of, n_tool_sums, s_area, s_face_temperature, s_force, s_friction, &
@@ -34,7 +34,7 @@ contains
     character(:), allocatable :: headings(:)
     type(row_t) :: row
 
-    call add_columns(sim, zero_totals(sim), zero_means(sim%scene), row)
+    call add_columns(sim, zero_totals(sim%scene, sim%tool, sim%budget), zero_means(sim%scene), row)
     headings = row%headings()
   end function history_headings
 
@@ -46,7 +46,7 @@ contains
     type(totals_t) :: totals
 
     call sum_totals(sim, totals)
-    call find_microstructure_means(sim, micro)
+    call find_microstructure_means(sim%world, sim%scene, sim%particles, micro)
     sim%step%is_broken = sim%step%is_broken .or. .not. totals%is_sound
     call sim%history%row_inertia%advance(sim%clock%mass_scaling, [sim%clock%time, &
       totals%now%motion, totals%work], &
@@ -70,7 +70,7 @@ contains
     per_second = 0.0_rp                        ! 0 in the first row
     if (sim%clock%time > sim%history%row_time) per_second = 1.0_rp/(sim%clock%time &
       - sim%history%row_time)
-    call add_common(sim, totals, row)
+    call add_common(sim%scene, sim%clock, sim%history, totals, row)
     do k = 1, size(sim%tool)
       call add_tool(sim%tool(k), totals%tool(:, k) - sim%history%row_sums(:, k), per_second, row)
       if (has_face(sim%scene, sim%tool(k))) then
@@ -100,15 +100,17 @@ contains
 
   !> Add time, energies and extremes. The heat content is 0 unless the specific heat of every
   !> material is given.
-  subroutine add_common(sim, totals, row)
-    type(simulation_t), intent(in) :: sim
+  subroutine add_common(scene, clock, history, totals, row)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(history_t), intent(in) :: history
     type(totals_t), intent(in) :: totals
     type(row_t), intent(inout) :: row
 
     associate (t => totals, now => totals%now, budget => totals%budget)
-      call row%add('time', 's', sim%clock%time)
-      call row%add('step', '', real(sim%clock%step, rp))
-      call row%add('dt', 's', sim%clock%dt)
+      call row%add('time', 's', clock%time)
+      call row%add('step', '', real(clock%step, rp))
+      call row%add('dt', 's', clock%dt)
       call row%add('kinetic', 'J', now%kinetic)
       call row%add('elastic', 'J', now%elastic)
       call add_sums(totals, [e_plastic], row)
@@ -123,15 +125,15 @@ contains
       call row%add('audit_error', '%', t%audit_error)
       call add_sums(totals, [e_film], row)
       call row%add('heat_content', 'J', merge(now%heat, 0.0_rp, &
-                                              all(sim%scene%material%has_heat_capacity)))
+                                              all(scene%material%has_heat_capacity)))
       call row%add('temperature_max', 'K', now%max_temperature)
       call row%add('temperature_min', 'K', now%min_temperature)
       call row%add('strain_rate_max', '1/s', now%max_strain_rate)
       call row%add('kinetic_over_internal', '%', t%over_internal)
       call row%add('inertial_stress_over_flow', '%', 100.0_rp*now%inertial_ratio)
       call row%add('packing', '%', 100.0_rp*now%packing)
-      call row%add('inertial_force', 'N', sim%history%row_inertia%of_inertia(1))
-      call row%add('inertial_power', 'W', sim%history%row_inertia%of_inertia(2))
+      call row%add('inertial_force', 'N', history%row_inertia%of_inertia(1))
+      call row%add('inertial_power', 'W', history%row_inertia%of_inertia(2))
       call row%add('friction_heat_to_bodies', 'J', t%to_bodies)
       call add_sums(totals, [e_wall_heat, e_source], row)
       call row%add('conduction_error', '%', t%conduction_error)
@@ -271,8 +273,10 @@ contains
   end subroutine add_face
 
   !> Entries of NAME_summary.json: means over the run up to the last row.
-  function faces_json(sim) result(text)
-    type(simulation_t), intent(in) :: sim
+  function faces_json(scene, tools, history) result(text)
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tools(:)
+    type(history_t), intent(in) :: history
     character(:), allocatable :: text
     character(*), parameter :: nl = new_line('a')
     integer, parameter :: means(*) = [s_face_temperature, s_layer_strength, s_layer_thickness, &
@@ -281,11 +285,11 @@ contains
     integer :: i, k
 
     text = ''
-    do k = 1, size(sim%tool)
-      if (.not. has_face(sim%scene, sim%tool(k))) cycle
-      begin = nl//'    "'//trim(sim%tool(k)%name)//'_'
+    do k = 1, size(tools)
+      if (.not. has_face(scene, tools(k))) cycle
+      begin = nl//'    "'//trim(tools(k)%name)//'_'
       if (len(text) > 0) text = text//','
-      associate (sums => sim%history%row_sums(:, k))
+      associate (sums => history%row_sums(:, k))
         do i = 1, size(means)
           associate (it => tool_sum_of(means(i)))
             text = text//begin//trim(it%column)//'_'//trim(it%column_unit)//'": '// &
@@ -300,20 +304,21 @@ contains
   end function faces_json
 
   !> Log the means over the run in a line for each tool.
-  subroutine log_faces(sim)
-    type(simulation_t), intent(in) :: sim
+  subroutine log_faces(scene, tools, history)
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tools(:)
+    type(history_t), intent(in) :: history
     integer :: k
 
-    do k = 1, size(sim%tool)
-      if (.not. has_face(sim%scene, sim%tool(k))) cycle
-      if (sim%history%row_sums(s_area, k) <= 0.0_rp) cycle
-      associate (sums => sim%history%row_sums(:, k))
-        call log_line(trim(sim%tool(k)%name)//': face at '// &
+    do k = 1, size(tools)
+      if (.not. has_face(scene, tools(k))) cycle
+      if (history%row_sums(s_area, k) <= 0.0_rp) cycle
+      associate (sums => history%row_sums(:, k))
+        call log_line(trim(tools(k)%name)//': face at '// &
                       str(mean_of(sums, s_face_temperature, 0.0_rp))// &
                       ' K in the mean, sticks to '//str(sticking(sums))// &
-                      ' %; the layer under it shears '// &
-                      str(mean_of(sums, s_layer_slip, 0.0_rp))//' m/s over '// &
-                      str(mean_of(sums, s_layer_thickness, 0.0_rp))//' m and has '// &
+                      ' %; the layer under it shears '//str(mean_of(sums, s_layer_slip, 0.0_rp))// &
+                      ' m/s over '//str(mean_of(sums, s_layer_thickness, 0.0_rp))//' m and has '// &
                       str(heat_of_layer(sums))//' % of the friction heat')
       end associate
     end do

@@ -4,10 +4,11 @@
 module output_microstructure
   use base_kinds, only: nlane, rp, sp
   use base_text, only: str
+  use base_world, only: world_t
   use io_histories, only: row_t
-  use particles_store, only: f_mass, f_plastic
+  use particles_store, only: f_mass, f_plastic, particles_t
   use physics_flow_law, only: law_output_t
-  use simulation_parts, only: simulation_t
+  use simulation_run, only: budget_t, clock_t
   use simulation_scene, only: scene_t
   implicit none (type, external)
   private
@@ -74,24 +75,25 @@ contains
   end function frame_outputs
 
   !> Frame outputs of all particles of this rank, in the order of the blocks.
-  subroutine pack_outputs(sim, values)
-    type(simulation_t), intent(in) :: sim
+  subroutine pack_outputs(scene, particles, values)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
     real(sp), allocatable, intent(out) :: values(:, :)
     type(outputs_t) :: outputs
     real(rp), allocatable :: block(:, :)
     integer, allocatable :: shown(:)
     integer :: b, k, m, n
 
-    call list_outputs(sim%scene, outputs)
+    call list_outputs(scene, outputs)
     shown = pack([(k, k=1, size(outputs%all))], outputs%all%in_frames)
-    allocate (values(sim%particles%total(), size(shown)))
+    allocate (values(particles%total(), size(shown)))
     if (size(shown) == 0) return
     allocate (block(nlane, size(outputs%all)))
     n = 0
-    do b = 1, sim%particles%nblk
-      m = sim%particles%count(b)
-      call describe_block(sim%scene, outputs, sim%particles%body(b), sim%particles%nf, &
-                          sim%particles%ps(:, :, b), block)
+    do b = 1, particles%nblk
+      m = particles%count(b)
+      call describe_block(scene, outputs, particles%body(b), particles%nf, particles%ps(:, :, b), &
+                          block)
       values(n + 1:n + m, :) = real(block(1:m, shown), sp)
       n = n + m
     end do
@@ -145,27 +147,28 @@ contains
   end function zero_means
 
   !> Collective. Current means and minima; 0 while nothing is stirred.
-  subroutine find_microstructure_means(sim, means)
-    type(simulation_t), intent(in) :: sim
+  subroutine find_microstructure_means(world, scene, particles, means)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
     type(micro_means_t), intent(out) :: means
     type(outputs_t) :: outputs
     real(rp), allocatable :: minimum(:), mass(:), sums(:), values(:, :)
     real(rp) :: stirred_mass(nlane)
     integer :: b, k, n, n_all
 
-    call list_outputs(sim%scene, outputs)
+    call list_outputs(scene, outputs)
     n_all = size(outputs%all)
-    means = zero_means(sim%scene)
+    means = zero_means(scene)
     if (n_all == 0) return
     allocate (mass(n_all), sums(2*n_all + 1), source=0.0_rp)
     allocate (minimum(n_all), source=-huge(1.0_rp))
     allocate (values(nlane, n_all))
-    do b = 1, sim%particles%nblk
-      n = sim%particles%count(b)
-      associate (m => sim%scene%body(sim%particles%body(b))%material, ps => &
-                 sim%particles%ps(:, :, b))
+    do b = 1, particles%nblk
+      n = particles%count(b)
+      associate (m => scene%body(particles%body(b))%material, ps => particles%ps(:, :, b))
         if (outputs%n(m) == 0) cycle
-        call describe_block(sim%scene, outputs, sim%particles%body(b), sim%particles%nf, ps, values)
+        call describe_block(scene, outputs, particles%body(b), particles%nf, ps, values)
         stirred_mass = merge(ps(:, f_mass), 0.0_rp, ps(:, f_plastic) > stirred_strain)
         mass = 0.0_rp
         mass(outputs%place(:outputs%n(m), m)) = sum(stirred_mass(:n))
@@ -174,8 +177,8 @@ contains
         minimum = max(minimum, -minval(values(:n, :), dim=1, mask=values(:n, :) > 0.0_rp))
       end associate
     end do
-    call sim%world%sum(sums)
-    call sim%world%max(minimum)
+    call world%sum(sums)
+    call world%max(minimum)
     means%mass = sums(1)
     mass = sums(2:n_all + 1)
     where (mass > 0.0_rp) means%mean = sums(n_all + 2:)/mass
@@ -184,23 +187,28 @@ contains
 
   !> Collective. Message on warning `k` of the flow laws: its number of occurrences on all ranks,
   !> and the position of one; '' if there was none.
-  subroutine make_warning_message(sim, k, message)
-    type(simulation_t), intent(in) :: sim
+  subroutine make_warning_message(world, scene, clock, budget, k, message)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(budget_t), intent(in) :: budget
     integer, intent(in) :: k
     character(:), allocatable, intent(inout) :: message
     character(:), allocatable :: local_message
-    real(rp) :: counts(size(sim%budget%warnings))
+    real(rp) :: counts(size(budget%warnings))
 
-    counts = sim%budget%warnings
-    call sim%world%sum(counts)
+    counts = budget%warnings
+    call world%sum(counts)
     local_message = ''
-    associate (place => sim%budget%warning_place(:, k))
-      if (sim%budget%warnings(k) > 0.0_rp) local_message = 'warning: until t = '// &
-        str(sim%clock%time)//' s '//str(counts(k))//' particle-steps '// &
-        trim(sim%scene%warning(k))//'; one of the first at ('//str(place(3))//', '// &
-        str(place(4))//', '//str(place(5))//') m, t = '//str(place(1))//' s, '//str(place(2))//' K'
+    associate (place => budget%warning_place(:, k))
+      if (budget%warnings(k) > 0.0_rp) then
+        local_message = 'warning: until t = '//str(clock%time)//' s '//str(counts(k))// &
+          ' particle-steps '//trim(scene%warning(k))//'; one of the first at ('//str(place(3))// &
+          ', '//str(place(4))//', '//str(place(5))//') m, t = '//str(place(1))//' s, '// &
+          str(place(2))//' K'
+      end if
     end associate
-    call sim%world%share_message(local_message, message)
+    call world%share_message(local_message, message)
   end subroutine make_warning_message
 
 end module output_microstructure

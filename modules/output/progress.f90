@@ -12,6 +12,7 @@ module output_progress
   use base_version, only: commit, release
   use base_world, only: world_t
   use simulation_parts, only: simulation_t
+  use simulation_run, only: clock_t, exchange_t
   use simulation_scene, only: output_t, scene_t
   implicit none (type, external)
   private
@@ -113,7 +114,8 @@ contains
     if (.not. sim%world%is_root()) return
     steps = real(self%particles, rp)*real(sim%clock%step - self%first_step, rp)
     call write_whole(sim%scene%output%directory//'/'//sim%scene%output%name//'_summary.json', &
-                     json(self, sim, wall, steps, all, others), error)
+                     json(self, sim%world, sim%clock, sim%exchange, wall, steps, all, others), &
+                     error)
     if (.not. sim%scene%output%is_quiet) then
       call log_line(str(sim%clock%step - self%first_step)//' steps of '//str(self%particles)// &
                     ' particles in '//span(wall)//': '//str(steps/wall*1.0e-6_rp)// &
@@ -122,9 +124,11 @@ contains
   end subroutine write_summary
 
   !> Text of NAME_summary.json.
-  function json(self, sim, wall, steps, all, others) result(text)
+  function json(self, world, clock, exchange, wall, steps, all, others) result(text)
     type(progress_t), intent(in) :: self
-    type(simulation_t), intent(in) :: sim
+    type(world_t), intent(in) :: world
+    type(clock_t), intent(in) :: clock
+    type(exchange_t), intent(in) :: exchange
     real(rp), intent(in) :: wall                  !! wall-clock time of the run [s]
     real(rp), intent(in) :: steps                 !! particle-steps
     real(rp), intent(in) :: all(n_phases + 6)     !! sums over ranks, as in `write_summary`
@@ -136,20 +140,18 @@ contains
     share = 100.0_rp*all([(k, k=1, n_phases), n_phases + 6])/max(sum(all(1:n_phases)), tiny(1.0_rp))
     text = '{'//nl//'  "version": "'//release//'",'//nl//'  "commit": "'//commit()//'",'//nl// &
       '  "finished": "'//now()//'",'//nl//'  "particles": '//str(self%particles)//','//nl// &
-      '  "steps": '//str(sim%clock%step - self%first_step)//','//nl//'  "ranks": '// &
-      str(sim%world%size)//','//nl//'  "wall_seconds": '//str(wall)//','//nl// &
-      '  "cpu_seconds": '//str(all(n_phases + 1))//','//nl// &
-      '  "particle_steps_per_wall_second": '//str(steps/wall)//','//nl// &
-      '  "particle_steps_per_cpu_second": '//str(steps/max(all(n_phases + 1), 1.0e-9_rp))//','// &
-      nl//others//nl//'  "awake_share": '//str(all(n_phases + 3)/max(steps, 1.0_rp))//','//nl// &
-      '  "imbalance_mean": '//str(sim%exchange%balance%sum &
-                                  /max(1.0_rp, real(sim%clock%step - self%first_step, rp)))// &
-      ','//nl//'  "imbalance_worst": '//str(sim%exchange%balance%worst)//','//nl// &
-      '  "partitions": '//str(sim%exchange%balance%cuts)//','//nl//'  "messages": '// &
-      str(nint(all(n_phases + 4), i8))//','//nl//'  "bytes_sent": '// &
-      str(nint(all(n_phases + 5), i8))//','//nl//'  "peak_memory_bytes": '// &
-      str(nint(all(n_phases + 2), i8))//','//nl//'  "waiting_percent": '// &
-      str(share(n_phases + 1))//','//nl//'  "phase_percent": {'
+      '  "steps": '//str(clock%step - self%first_step)//','//nl//'  "ranks": '//str(world%size)// &
+      ','//nl//'  "wall_seconds": '//str(wall)//','//nl//'  "cpu_seconds": '// &
+      str(all(n_phases + 1))//','//nl//'  "particle_steps_per_wall_second": '//str(steps/wall)// &
+      ','//nl//'  "particle_steps_per_cpu_second": '// &
+      str(steps/max(all(n_phases + 1), 1.0e-9_rp))//','//nl//others//nl//'  "awake_share": '// &
+      str(all(n_phases + 3)/max(steps, 1.0_rp))//','//nl//'  "imbalance_mean": '// &
+      str(exchange%balance%sum/max(1.0_rp, real(clock%step - self%first_step, rp)))//','//nl// &
+      '  "imbalance_worst": '//str(exchange%balance%worst)//','//nl//'  "partitions": '// &
+      str(exchange%balance%cuts)//','//nl//'  "messages": '//str(nint(all(n_phases + 4), i8))// &
+      ','//nl//'  "bytes_sent": '//str(nint(all(n_phases + 5), i8))//','//nl// &
+      '  "peak_memory_bytes": '//str(nint(all(n_phases + 2), i8))//','//nl// &
+      '  "waiting_percent": '//str(share(n_phases + 1))//','//nl//'  "phase_percent": {'
     do k = 1, n_phases
       text = text//nl//'    "'//trim(phase_name(k))//'": '//str(share(k))// &
              trim(merge(' ', ',', k == n_phases))

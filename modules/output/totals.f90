@@ -5,14 +5,17 @@ module output_totals
   use base_packed, only: packed_t
   use mpm_blocks, only: kinetic_energy
   use output_diagnostics, only: is_finite
-  use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel
+  use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel, &
+                             particles_t
   use physics_material, only: material_t
-  use simulation_nodes, only: momentum_of_light
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: d_elastic, d_kinetic, e_body, e_conduction, e_contact, e_film, &
-                            e_friction, e_plastic, e_scaling, e_sleep, e_source, e_stress, e_tool, &
-                            e_wall, e_wall_heat, n_sums
+  use simulation_nodes, only: momentum_of_light, nodes_t
+  use simulation_parts, only: history_t, simulation_t
+  use simulation_run, only: budget_t, clock_t, d_elastic, d_kinetic, e_body, e_conduction, &
+                            e_contact, e_film, e_friction, e_plastic, e_scaling, e_sleep, &
+                            e_source, e_stress, e_tool, e_wall, e_wall_heat, n_sums
+  use simulation_scene, only: scene_t
   use tools_sums, only: n_tool_sums, s_friction, s_heat, s_normal_loss, s_to_plate, s_work
+  use tools_tool, only: tool_t
   implicit none (type, external)
   private
 
@@ -59,38 +62,41 @@ module output_totals
 contains
 
   !> Energies and extremes of the particles of this rank.
-  type(energies_t) function energies(sim) result(now)
-    type(simulation_t), intent(in) :: sim
+  type(energies_t) function energies(scene, clock, particles, nodes) result(now)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(in) :: nodes
     integer :: b, n
 
-    do b = 1, sim%particles%nblk
-      n = sim%particles%count(b)
-      associate (ps => sim%particles%ps(:, :, b), mat => &
-                 sim%scene%material(sim%scene%body(sim%particles%body(b))%material))
+    do b = 1, particles%nblk
+      n = particles%count(b)
+      associate (ps => particles%ps(:, :, b), &
+                 mat => scene%material(scene%body(particles%body(b))%material))
         now%heat = now%heat + mat%heat_content(n, ps(1:n, f_mass), ps(1:n, f_temp)) &
                    + sum(ps(1:n, f_heat))
         now%max_temperature = max(now%max_temperature, maxval(ps(1:n, f_temp)))
         now%min_temperature = min(now%min_temperature, minval(ps(1:n, f_temp)))
-        if (sim%scene%body(sim%particles%body(b))%is_rigid()) cycle
+        if (scene%body(particles%body(b))%is_rigid()) cycle
         now%kinetic = now%kinetic + kinetic_energy(ps(:, f_mass), ps(:, f_vel:f_vel + 2))
         now%motion(:3) = now%motion(:3) + matmul(ps(:, f_mass), ps(:, f_vel:f_vel + 2))
         now%elastic = now%elastic &
           + mat%elastic_energy(n, ps(:, f_mass), ps(:, f_temp), ps(:, f_jac), &
                                ps(:, f_bbar:f_bbar + 5))
         now%max_strain_rate = max(now%max_strain_rate, maxval(ps(1:n, f_rate)))
-        if (sim%scene%layout%void > 0) then
-          now%packing = max(now%packing, -minval(ps(1:n, sim%scene%layout%void)))
+        if (scene%layout%void > 0) then
+          now%packing = max(now%packing, -minval(ps(1:n, scene%layout%void)))
         end if
         now%inertial_ratio = max(now%inertial_ratio, &
-                                 inertial_stress_ratio(n, mat, sim%clock%mass_scaling, &
-                                                       sim%particles%velocity(b), ps(:, f_flow), &
+                                 inertial_stress_ratio(n, mat, clock%mass_scaling, &
+                                                       particles%velocity(b), ps(:, f_flow), &
                                                        ps(:, f_rate) > 0.0_rp))
       end associate
     end do
-    now%not_finite = merge(0.0_rp, 1.0_rp, is_finite(sim%particles))
+    now%not_finite = merge(0.0_rp, 1.0_rp, is_finite(particles))
     now%motion(4) = now%kinetic
-    now%motion(:3) = now%motion(:3) + momentum_of_light(sim%nodes)/sim%clock%mass_scaling
-    now%kinetic = sim%clock%mass_scaling*now%kinetic
+    now%motion(:3) = now%motion(:3) + momentum_of_light(nodes)/clock%mass_scaling
+    now%kinetic = clock%mass_scaling*now%kinetic
   end function energies
 
   !> Largest ratio of inertial stress, chi rho v^2, to flow stress, a measure of too large mass
@@ -112,13 +118,14 @@ contains
   end function inertial_stress_ratio
 
   !> Totals of zero.
-  type(totals_t) function zero_totals(sim) result(totals)
-    type(simulation_t), intent(in) :: sim
+  type(totals_t) function zero_totals(scene, tools, budget) result(totals)
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tools(:)
+    type(budget_t), intent(in) :: budget
 
-    allocate (totals%tool(n_tool_sums, size(sim%tool)), &
-              totals%max_face_temperature(size(sim%tool)), &
-              totals%impulse(3, size(sim%scene%condition)), &
-              totals%hooks(size(sim%budget%hooks)), source=0.0_rp)
+    allocate (totals%tool(n_tool_sums, size(tools)), totals%max_face_temperature(size(tools)), &
+              totals%impulse(3, size(scene%condition)), totals%hooks(size(budget%hooks)), &
+              source=0.0_rp)
   end function zero_totals
 
   !> Collective. Totals of the current state.
@@ -128,8 +135,8 @@ contains
     type(packed_t) :: maxima, sums
     integer :: k
 
-    totals = zero_totals(sim)
-    totals%now = energies(sim)
+    totals = zero_totals(sim%scene, sim%tool, sim%budget)
+    totals%now = energies(sim%scene, sim%clock, sim%particles, sim%nodes)
     totals%budget = sim%budget%sums
     do k = 1, size(sim%tool)
       totals%tool(:, k) = sim%tool(k)%sums
@@ -143,8 +150,9 @@ contains
     call sim%world%max(maxima%value)
     call pass_sums(totals, sums)
     call pass_maxima(totals, maxima)
-    call balance_energies(sim, totals)
-    totals%is_sound = totals%now%not_finite <= 0.0_rp .and. .not. energy_diverges(sim, totals%now)
+    call balance_energies(sim%scene, sim%history, totals)
+    totals%is_sound = totals%now%not_finite <= 0.0_rp .and. &
+      .not. energy_diverges(sim%scene, sim%history, totals%now)
   end subroutine sum_totals
 
   !> Pack or unpack what is added over the ranks.
@@ -185,8 +193,9 @@ contains
   end subroutine pass_maxima
 
   !> Balance the energy supplied to the bodies with its stored and dissipated parts.
-  subroutine balance_energies(sim, totals)
-    type(simulation_t), intent(inout) :: sim
+  subroutine balance_energies(scene, history, totals)
+    type(scene_t), intent(in) :: scene
+    type(history_t), intent(inout) :: history
     type(totals_t), intent(inout) :: totals
     real(rp) :: supplied, internal, absorbed, exchanged
 
@@ -196,20 +205,18 @@ contains
       t%contact = sum(tool(s_normal_loss, :)) + budget(e_contact)
       tool(s_heat, :) = t%friction_heat + budget(e_plastic)
       supplied = t%work + budget(e_body) + budget(e_wall) + budget(e_scaling)
-      t%loss = supplied - t%friction_heat - t%contact - (now%kinetic - sim%history%kinetic0) &
-        - budget(d_kinetic) - budget(e_stress) - budget(e_sleep)
-      absorbed = t%friction_heat + t%contact + budget(e_plastic) + now%elastic &
-                 - sim%history%elastic0 &
-        + now%kinetic - sim%history%kinetic0 + t%loss + budget(e_sleep) + budget(d_kinetic) &
-        + budget(d_elastic)
+      t%loss = supplied - t%friction_heat - t%contact - (now%kinetic - history%kinetic0) - &
+        budget(d_kinetic) - budget(e_stress) - budget(e_sleep)
+      absorbed = t%friction_heat + t%contact + budget(e_plastic) + now%elastic - &
+        history%elastic0 + now%kinetic - history%kinetic0 + t%loss + budget(e_sleep) + &
+        budget(d_kinetic) + budget(d_elastic)
       ! a floor, so that quotients by it are finite
-      sim%history%audit_scale = max(sim%history%audit_scale, &
-                                    abs(t%work) + abs(budget(e_body)) + abs(budget(e_wall)), &
-                                    abs(budget(e_scaling)), sim%history%kinetic0 &
-                                    + abs(sim%history%elastic0), 1.0e-200_rp)
-      t%audit_error = 100.0_rp*(supplied - absorbed)/sim%history%audit_scale
+      history%audit_scale = max(history%audit_scale, abs(t%work) + abs(budget(e_body)) + &
+                                abs(budget(e_wall)), abs(budget(e_scaling)), history%kinetic0 + &
+                                abs(history%elastic0), 1.0e-200_rp)
+      t%audit_error = 100.0_rp*(supplied - absorbed)/history%audit_scale
       t%to_bodies = sum(tool(s_to_plate, :))
-      if (sim%scene%method%conducts) t%to_bodies = t%to_bodies + budget(e_friction)
+      if (scene%method%conducts) t%to_bodies = t%to_bodies + budget(e_friction)
       internal = now%elastic + budget(e_plastic) + t%friction_heat
       t%over_internal = 0.0_rp
       if (.not. internal <= 0.0_rp) t%over_internal = 100.0_rp*now%kinetic/internal
@@ -223,12 +230,13 @@ contains
   !> True if the kinetic energy exceeds twice the exchanged energy, the sign of an unstable run. It
   !> is false with thermal expansion, which makes kinetic energy from heat; 1e-9 of the heat content
   !> is a tolerance for rounding.
-  pure logical function energy_diverges(sim, now)
-    type(simulation_t), intent(in) :: sim
+  pure logical function energy_diverges(scene, history, now)
+    type(scene_t), intent(in) :: scene
+    type(history_t), intent(in) :: history
     type(energies_t), intent(in) :: now
 
-    energy_diverges = .not. now%kinetic <= 2.0_rp*sim%history%audit_scale &
-      + 1.0e-9_rp*abs(now%heat) .and. all(abs(sim%scene%material%expansion) <= 0.0_rp)
+    energy_diverges = .not. now%kinetic <= 2.0_rp*history%audit_scale + &
+      1.0e-9_rp*abs(now%heat) .and. all(abs(scene%material%expansion) <= 0.0_rp)
   end function energy_diverges
 
 end module output_totals

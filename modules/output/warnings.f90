@@ -8,8 +8,10 @@ module output_warnings
   use io_histories, only: row_t
   use output_guards, only: guards_t, melting_t
   use output_microstructure, only: make_warning_message
-  use particles_store, only: f_bbar, f_jac, f_pos
-  use simulation_parts, only: simulation_t
+  use particles_store, only: f_bbar, f_jac, f_pos, particles_t
+  use simulation_parts, only: history_t, simulation_t
+  use simulation_run, only: budget_t, clock_t
+  use simulation_scene, only: scene_t
   implicit none (type, external)
   private
 
@@ -51,18 +53,17 @@ contains
         ' step(s) would have moved a node by more than half a cell and were made shorter; '// &
                                              'the last one is '//str(sim%clock%dt)//' s')
     end if
-    call warn_validity(self, sim)
-    call self%melting%check_particles(sim)
+    call warn_validity(self, sim%world, sim%scene, sim%clock, sim%budget)
+    call self%melting%check_particles(sim%world, sim%scene, sim%clock, sim%particles)
     inertia = 0.01_rp*columns%value('inertial_stress_over_flow')
     self%inertial_ratio = max(self%inertial_ratio, inertia)
-    call warn_once(self%has_inertia, sim%world, inertia > sim%scene%method%inertial_fraction &
-                   .and. sim%clock%mass_scaling > 1.0_rp &
-                   .and. .not. sim%scene%method%adapts_mass, at// &
+    call warn_once(self%has_inertia, sim%world, inertia > sim%scene%method%inertial_fraction .and. &
+                   sim%clock%mass_scaling > 1.0_rp .and. .not. sim%scene%method%adapts_mass, at// &
                    'the inertial stress of mass scaling, chi rho v^2, is '// &
                    str(columns%value('inertial_stress_over_flow'))// &
                    ' % of the flow stress somewhere (KE/IE '// &
                    str(columns%value('kinetic_over_internal'))//' %): try a MASS_SCALING of '// &
-                   str(allowed_scaling(self, sim)))
+                   str(allowed_scaling(self, sim%scene, sim%clock, sim%history)))
     sleep_loss = abs(columns%value('sleep_loss'))/max(sim%history%audit_scale, tiny(1.0_rp))
     call warn_once(self%has_sleep, sim%world, sleep_loss > max_sleep_loss, at// &
                    'sleeping material has taken '//str(100.0_rp*sleep_loss)// &
@@ -75,7 +76,7 @@ contains
                    'the return mapping of '//str(sim%step%worst_returns)// &
                    ' particle-steps had not converged')
     if (.not. self%has_fracture) then
-      separation = separation_ratio(sim)
+      separation = separation_ratio(sim%world, sim%scene, sim%particles)
       call warn_once(self%has_fracture, sim%world, separation > max_separation, at// &
                      'neighbouring particles are stretched to '//str(separation)// &
                      ' of the distance up to which nodes join them: numerical fracture '// &
@@ -97,77 +98,84 @@ contains
   end subroutine warn_once
 
   !> Warn once for each limit of validity of a flow law that particles exceed, with a position.
-  subroutine warn_validity(self, sim)
+  subroutine warn_validity(self, world, scene, clock, budget)
     type(warnings_t), intent(inout) :: self
-    type(simulation_t), intent(in) :: sim
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(budget_t), intent(in) :: budget
     character(:), allocatable :: message
     integer :: k
 
     if (.not. allocated(self%has_validity)) then
-      allocate (self%has_validity(size(sim%scene%warning)), source=.false.)
+      allocate (self%has_validity(size(scene%warning)), source=.false.)
     end if
-    do k = 1, size(sim%scene%warning)
+    do k = 1, size(scene%warning)
       if (self%has_validity(k)) cycle
-      call make_warning_message(sim, k, message)
+      call make_warning_message(world, scene, clock, budget, k, message)
       self%has_validity(k) = message /= ''
-      if (sim%world%is_root() .and. message /= '') call log_line(message)
+      if (world%is_root() .and. message /= '') call log_line(message)
     end do
   end subroutine warn_validity
 
   !> Mass scaling at which inertial stress and inertial part of the loads would have stayed at their
   !> limit so far: for prescribed velocities they are proportional to the scaling, while waves run
   !> to its root.
-  pure real(rp) function allowed_scaling(self, sim)
+  pure real(rp) function allowed_scaling(self, scene, clock, history)
     type(warnings_t), intent(in) :: self
-    type(simulation_t), intent(in) :: sim
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(history_t), intent(in) :: history
 
-    allowed_scaling = max(1.0_rp, sim%clock%mass_scaling*sim%scene%method%inertial_fraction &
-                          /max(self%inertial_ratio, part_of_loads(sim), epsilon(1.0_rp)))
+    allowed_scaling = max(1.0_rp, clock%mass_scaling*scene%method%inertial_fraction &
+                          /max(self%inertial_ratio, part_of_loads(history), epsilon(1.0_rp)))
   end function allowed_scaling
 
   !> Largest inertial load of a row over the largest load of the tools.
-  pure real(rp) function part_of_loads(sim) result(part)
-    type(simulation_t), intent(in) :: sim
+  pure real(rp) function part_of_loads(history) result(part)
+    type(history_t), intent(in) :: history
 
-    part = sim%history%row_inertia%part(sim%history%row_inertia%largest)
+    part = history%row_inertia%part(history%row_inertia%largest)
   end function part_of_loads
 
   !> Collective. Largest ratio of the distance of neighbours to that at which they surely share a
   !> node.
-  real(rp) function separation_ratio(sim)
-    type(simulation_t), intent(in) :: sim
+  real(rp) function separation_ratio(world, scene, particles)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
     real(rp) :: largest(1)
     integer :: b
 
     largest = 0.0_rp
-    do b = 1, sim%particles%nblk
-      if (sim%scene%body(sim%particles%body(b))%is_rigid()) cycle
-      largest(1) = max(largest(1), separation_in_block(sim, sim%particles%body(b), &
-                                                       sim%particles%count(b), sim%particles%nf, &
-                                                       sim%particles%ps(:, :, b)))
+    do b = 1, particles%nblk
+      if (scene%body(particles%body(b))%is_rigid()) cycle
+      largest(1) = max(largest(1), separation_in_block(scene, particles%body(b), &
+                                                       particles%count(b), particles%nf, &
+                                                       particles%ps(:, :, b)))
     end do
-    call sim%world%max(largest)
+    call world%max(largest)
     separation_ratio = largest(1)
   end function separation_ratio
 
   !> Largest ratio in a block, along the grid axes: particles surely share a node up to a distance
   !> of one cell plus one particle domain.
-  pure real(rp) function separation_in_block(sim, body, n, nf, ps)
-    type(simulation_t), intent(in) :: sim
+  pure real(rp) function separation_in_block(scene, body, n, nf, ps)
+    type(scene_t), intent(in) :: scene
     integer, intent(in) :: body, n, nf
     real(rp), intent(in) :: ps(nlane, nf)
     real(rp) :: half(3), distance(3), edges(3), start(3)
     integer :: p
 
     separation_in_block = 0.0_rp
-    half = sim%scene%domain(body)
-    associate (s => sim%scene%body(body)%start)
+    half = scene%domain(body)
+    associate (s => scene%body(body)%start)
       start = sqrt(s%bbar(1:3))*s%jac**(1.0_rp/3.0_rp)
     end associate
     do p = 1, n
-      if (sim%scene%layout%half > 0) half = ps(p, sim%scene%layout%half:sim%scene%layout%half + 2)
-      edges = sim%scene%grid%edges_at(ps(p, f_pos:f_pos + 2))
-      distance = sim%scene%spacing_of(body, ps(p, :))*sqrt(ps(p, f_bbar:f_bbar + 2)) &
+      if (scene%layout%half > 0) half = ps(p, scene%layout%half:scene%layout%half + 2)
+      edges = scene%grid%edges_at(ps(p, f_pos:f_pos + 2))
+      distance = scene%spacing_of(body, ps(p, :))*sqrt(ps(p, f_bbar:f_bbar + 2)) &
         *ps(p, f_jac)**(1.0_rp/3.0_rp)/start
       separation_in_block = max(separation_in_block, &
                                 maxval(distance/(edges*(1.0_rp + 2.0_rp*half))))
@@ -175,24 +183,26 @@ contains
   end function separation_in_block
 
   !> Log the largest inertial stress of mass scaling at the end of a run.
-  subroutine log_inertial_stress(self, sim)
+  subroutine log_inertial_stress(self, scene, clock, history)
     class(warnings_t), intent(in) :: self
-    type(simulation_t), intent(in) :: sim
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(history_t), intent(in) :: history
     character(:), allocatable :: text
 
-    if (.not. (sim%scene%method%adapts_mass .or. sim%clock%mass_scaling > 1.0_rp)) return
-    if (max(self%inertial_ratio, part_of_loads(sim)) <= 0.0_rp) then
+    if (.not. (scene%method%adapts_mass .or. clock%mass_scaling > 1.0_rp)) return
+    if (max(self%inertial_ratio, part_of_loads(history)) <= 0.0_rp) then
       call log_line('no metal with strength was seen to flow: nothing to judge the mass scaling by')
       return
     end if
     text = 'inertial stress up to '//str(100.0_rp*self%inertial_ratio)// &
-           ' % of the flow stress, inertial force or power up to '// &
-           str(100.0_rp*part_of_loads(sim))//' % of the largest of the tools'
-    if (sim%scene%method%adapts_mass) then
-      call log_line(text//', mass scaling '//str(sim%clock%mass_scaling)//' in the end')
+      ' % of the flow stress, inertial force or power up to '// &
+      str(100.0_rp*part_of_loads(history))//' % of the largest of the tools'
+    if (scene%method%adapts_mass) then
+      call log_line(text//', mass scaling '//str(clock%mass_scaling)//' in the end')
     else
-      call log_line(text//': MASS_SCALING = '//str(allowed_scaling(self, sim))// &
-                    ' would make that '//str(100.0_rp*sim%scene%method%inertial_fraction)//' %')
+      call log_line(text//': MASS_SCALING = '//str(allowed_scaling(self, scene, clock, history))// &
+                    ' would make that '//str(100.0_rp*scene%method%inertial_fraction)//' %')
     end if
   end subroutine log_inertial_stress
 

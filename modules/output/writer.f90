@@ -5,6 +5,7 @@ module output_writer
   use base_errors, only: error_t
   use base_kinds, only: i8, rp, sp
   use base_timers, only: wall_time
+  use base_world, only: world_t
   use io_frames, only: frame_name, write_frame, write_series, write_tool_frame
   use io_histories, only: compact, lines_t, row_t, table_t
   use output_checkpoint, only: save_checkpoint
@@ -16,9 +17,11 @@ module output_writer
   use output_warnings, only: warnings_t
   use particles_tracers, only: n_seen
   use physics_flow_law, only: law_output_t
-  use simulation_parts, only: simulation_t
-  use simulation_probes, only: share_probes
+  use simulation_parts, only: history_t, simulation_t
+  use simulation_probes, only: probes_t, share_probes
   use simulation_run, only: clock_t
+  use simulation_scene, only: scene_t
+  use tools_tool, only: tool_t
   implicit none (type, external)
   private
 
@@ -63,7 +66,7 @@ contains
     call self%history%open(sim%world, stem//'_history.csv', sim%scene%title, &
                            history_headings(sim), rows, sim%history%row_time, error)
     if (sim%probes%n > 0) then
-      row = probe_row(sim)
+      row = probe_row(sim%clock, sim%probes)
       call self%probes%open(sim%world, stem//'_probes.csv', sim%scene%title, row%headings(), &
                             rows, sim%history%row_time, error)
     end if
@@ -73,12 +76,12 @@ contains
                              maxval(sim%tracers%row_time), error, may_follow=.true.)
     end if
     if (has_fields(sim%scene)) then
-      call self%errors%open(sim%world, stem//'_errors.csv', sim%scene%title, error_headings(sim), &
-                            rows, sim%history%row_time, error)
+      call self%errors%open(sim%world, stem//'_errors.csv', sim%scene%title, &
+                            error_headings(sim%scene, sim%clock), rows, sim%history%row_time, error)
     end if
     associate (output => sim%scene%output)
       if (is_resumed) then
-        call list_frames(sim, error)
+        call list_frames(sim%world, sim%scene, sim%history, error)
         self%saved_step = sim%clock%step
         sim%clock%next_frame = next_time(output%frame_interval, sim%clock%time)
         sim%clock%next_history = next_time(output%history_interval, sim%clock%time)
@@ -91,18 +94,19 @@ contains
   end subroutine init
 
   !> Row of the probes: temperatures, then positions.
-  type(row_t) function probe_row(sim) result(row)
-    type(simulation_t), intent(in) :: sim
+  type(row_t) function probe_row(clock, probes) result(row)
+    type(clock_t), intent(in) :: clock
+    type(probes_t), intent(in) :: probes
     integer :: n
 
-    call row%add('time', 's', sim%clock%time)
-    do n = 1, sim%probes%n
-      call row%add(sim%probes%name(n), 'K', sim%probes%temperature(n))
+    call row%add('time', 's', clock%time)
+    do n = 1, probes%n
+      call row%add(probes%name(n), 'K', probes%temperature(n))
     end do
-    do n = 1, sim%probes%n
-      call row%add(trim(sim%probes%name(n))//'_x', 'm', sim%probes%x(1, n))
-      call row%add(trim(sim%probes%name(n))//'_y', 'm', sim%probes%x(2, n))
-      call row%add(trim(sim%probes%name(n))//'_z', 'm', sim%probes%x(3, n))
+    do n = 1, probes%n
+      call row%add(trim(probes%name(n))//'_x', 'm', probes%x(1, n))
+      call row%add(trim(probes%name(n))//'_y', 'm', probes%x(2, n))
+      call row%add(trim(probes%name(n))//'_z', 'm', probes%x(3, n))
     end do
   end function probe_row
 
@@ -203,7 +207,7 @@ contains
         if (sim%history%frame_times(n) >= sim%clock%time) return   ! written already
       end if
       allocate (list, source=frame_outputs(sim%scene))
-      call pack_outputs(sim, outputs)
+      call pack_outputs(sim%scene, sim%particles, outputs)
       associate (output => sim%scene%output, layout => sim%scene%layout, body => sim%scene%body)
         call write_frame(sim%world, output%directory//'/'//frame_name(output%name, n), &
                          sim%clock%time, int(sim%clock%step), sim%scene%grid%h, &
@@ -211,21 +215,23 @@ contains
                          layout%origin, sim%particles, list%name, list%unit, outputs, &
                          output%input_text, error)
       end associate
-      call put_tools(sim, n, error)
+      call put_tools(sim%world, sim%scene, sim%clock, sim%tool, n, error)
     end associate
     if (error%is_set()) return
     sim%history%frame_times = [sim%history%frame_times, sim%clock%time]
-    call list_frames(sim, error)
+    call list_frames(sim%world, sim%scene, sim%history, error)
   end subroutine add_frame
 
   !> Collective. Write the index files of the particle frames and of the tool frames, if any.
-  subroutine list_frames(sim, error)
-    type(simulation_t), intent(in) :: sim
+  subroutine list_frames(world, scene, history, error)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(history_t), intent(in) :: history
     type(error_t), intent(inout) :: error
 
-    associate (output => sim%scene%output, times => sim%history%frame_times)
-      call write_series(sim%world, output%directory, output%name, times, error)
-      call write_series(sim%world, output%directory, output%name//ending, times, error)
+    associate (output => scene%output, times => history%frame_times)
+      call write_series(world, output%directory, output%name, times, error)
+      call write_series(world, output%directory, output%name//ending, times, error)
     end associate
   end subroutine list_frames
 
@@ -241,7 +247,7 @@ contains
     call self%history%write_row(columns%values())
     if (sim%probes%n > 0) then
       call share_probes(sim%world, sim%probes)
-      columns = probe_row(sim)
+      columns = probe_row(sim%clock, sim%probes)
       call self%probes%write_row(columns%values())
     end if
     if (has_fields(sim%scene)) then
@@ -259,10 +265,11 @@ contains
     type(simulation_t), intent(in) :: sim
     type(error_t), intent(inout) :: error
 
-    call self%progress%write_summary(sim, self%warnings%melting%json()//faces_json(sim), error)
+    call self%progress%write_summary(sim, self%warnings%melting%json()// &
+                                     faces_json(sim%scene, sim%tool, sim%history), error)
     if (sim%world%is_root() .and. .not. sim%scene%output%is_quiet) then
-      call self%warnings%log_inertial_stress(sim)
-      call log_faces(sim)
+      call self%warnings%log_inertial_stress(sim%scene, sim%clock, sim%history)
+      call log_faces(sim%scene, sim%tool, sim%history)
     end if
   end subroutine write_summary
 
@@ -323,15 +330,18 @@ contains
   end subroutine make_tracer_rows
 
   !> Collective. Write frame `k` (from 0) of the tools, if any has a surface.
-  subroutine put_tools(sim, k, error)
-    type(simulation_t), intent(in) :: sim
+  subroutine put_tools(world, scene, clock, tools, k, error)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(tool_t), intent(in) :: tools(:)
     integer, intent(in) :: k
     type(error_t), intent(inout) :: error
     type :: surface_t
       real(rp), allocatable :: x(:, :)       ! points relative to the tool [m]
       integer, allocatable :: corner(:, :)   ! points of each facet
     end type surface_t
-    type(surface_t) :: surface(size(sim%tool))
+    type(surface_t) :: surface(size(tools))
     real(rp) :: x(3)
     real(sp), allocatable :: place(:, :), velocity(:, :), azimuth(:)
     integer, allocatable :: corner(:, :), number(:)
@@ -340,8 +350,8 @@ contains
     points = 0
     facets = 0
     do i = 1, size(surface)
-      if (sim%tool(i)%has_shape()) then
-        call sim%tool(i)%shape%surface(surface(i)%x, surface(i)%corner)
+      if (tools(i)%has_shape()) then
+        call tools(i)%shape%surface(surface(i)%x, surface(i)%corner)
       else
         allocate (surface(i)%x(3, 0), surface(i)%corner(3, 0))
       end if
@@ -358,19 +368,18 @@ contains
         facets = facets + size(part%corner, 2)
         do p = 1, size(part%x, 2)
           n = n + 1
-          x = matmul(sim%tool(i)%axes, part%x(:, p)) + sim%tool(i)%position
+          x = matmul(tools(i)%axes, part%x(:, p)) + tools(i)%position
           number(n) = i
           azimuth(n) = real(atan2(part%x(2, p), part%x(1, p)), sp)
           place(:, n) = real(x, sp)
-          velocity(:, n) = real(sim%tool(i)%surface_velocity(x), sp)
+          velocity(:, n) = real(tools(i)%surface_velocity(x), sp)
         end do
       end associate
     end do
     if (size(corner) == 0) return
-    call write_tool_frame(sim%world, sim%scene%output%directory//'/'// &
-                          frame_name(sim%scene%output%name//ending, k), sim%clock%time, &
-                          int(sim%clock%step), sim%tool%name, place, velocity, azimuth, number, &
-                          corner, error)
+    call write_tool_frame(world, scene%output%directory//'/'// &
+                          frame_name(scene%output%name//ending, k), clock%time, int(clock%step), &
+                          tools%name, place, velocity, azimuth, number, corner, error)
   end subroutine put_tools
 
 end module output_writer

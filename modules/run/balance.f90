@@ -4,11 +4,16 @@
 !> and not on measured time, so that the same run is always partitioned alike.
 module run_balance
   use base_kinds, only: nlane, rp
+  use base_world, only: world_t
   use grid_geometry, only: box_t, grid_t, halo, make_patch, nearest_node, storage_nodes
   use grid_partition, only: bisect, imbalance, owner_of
   use particles_migrate, only: wrap_positions
-  use particles_store, only: awake, f_pos, f_rate, rests
+  use particles_store, only: awake, f_pos, f_rate, particles_t, rests
+  use simulation_nodes, only: nodes_t
   use simulation_parts, only: simulation_t
+  use simulation_run, only: clock_t, exchange_t
+  use simulation_scene, only: scene_t
+  use tools_tool, only: tool_t
   implicit none (type, external)
   private
 
@@ -34,18 +39,21 @@ contains
     if (.not. allocated(sim%exchange%boxes)) allocate (sim%exchange%boxes(0:sim%world%size - 1), &
                                                        source=box_t())
     call wrap_positions(sim%scene%grid, sim%particles)
-    call find_reach(sim)
+    call find_reach(sim%world, sim%scene, sim%particles, sim%nodes)
     call partition(sim)
   end subroutine make_first_partition
 
   !> Collective. Find the box of nodes that particles of any rank can reach before the next sort.
-  subroutine find_reach(sim)
-    type(simulation_t), intent(inout) :: sim
+  subroutine find_reach(world, scene, particles, nodes)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(inout) :: nodes
     real(rp) :: extent(6)
 
-    extent = sim%particles%extent(1, sim%particles%nblk)
-    call sim%world%max(extent)
-    sim%nodes%reach = reach_of(sim%scene%grid, extent)
+    extent = particles%extent(1, particles%nblk)
+    call world%max(extent)
+    nodes%reach = reach_of(scene%grid, extent)
   end subroutine find_reach
 
   !> Box of nodes that particles now within `extent` (particles_store) can reach before the next
@@ -61,12 +69,14 @@ contains
   end function reach_of
 
   !> Allocate the nodes of this rank's box that particles can reach.
-  subroutine store_nodes(sim)
-    type(simulation_t), intent(inout) :: sim
+  subroutine store_nodes(world, scene, nodes, exchange)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(inout) :: nodes
+    type(exchange_t), intent(in) :: exchange
 
-    sim%nodes%patch = make_patch(sim%scene%grid, sim%exchange%boxes(sim%world%rank), &
-                                 sim%nodes%reach)
-    call sim%nodes%allocate_grids(sim%scene)
+    nodes%patch = make_patch(scene%grid, exchange%boxes(world%rank), nodes%reach)
+    call nodes%allocate_grids(scene)
   end subroutine store_nodes
 
   !> Collective, before migration: make a new partition if a rank would be overloaded with the
@@ -109,10 +119,11 @@ contains
 
     load = 0.0_rp
     do b = n_moving + 1, sim%particles%nblk
-      load(sim%world%rank) = load(sim%world%rank) + sum(particle_costs(sim, b))
+      load(sim%world%rank) = load(sim%world%rank) &
+        + sum(particle_costs(sim%scene, sim%clock, sim%tool, sim%particles, b))
     end do
     do b = 1, n_moving
-      cost = particle_costs(sim, b)
+      cost = particle_costs(sim%scene, sim%clock, sim%tool, sim%particles, b)
       call storage_nodes(sim%scene%grid, sim%nodes%patch, nlane, &
                          sim%particles%ps(:, f_pos:f_pos + 2, b), node, is_own)
       do p = 1, sim%particles%count(b)
@@ -140,7 +151,7 @@ contains
     allocate (nodes(3, n), weight(n))
     c = 0
     do b = 1, sim%particles%nblk
-      cost = particle_costs(sim, b)
+      cost = particle_costs(sim%scene, sim%clock, sim%tool, sim%particles, b)
       do p = 1, sim%particles%count(b)
         c = c + 1
         weight(c) = cost(p)
@@ -153,48 +164,52 @@ contains
         .and. associated(sim%nodes%g)) return  ! the boxes would not change
     sim%exchange%balance%cuts = sim%exchange%balance%cuts + 1
     sim%exchange%boxes = boxes
-    call store_nodes(sim)
+    call store_nodes(sim%world, sim%scene, sim%nodes, sim%exchange)
   end subroutine partition
 
   !> Cost of each particle of block `b`; 0 for unused lanes.
-  pure function particle_costs(sim, b) result(load)
-    type(simulation_t), intent(in) :: sim
+  pure function particle_costs(scene, clock, tools, particles, b) result(load)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(tool_t), intent(in) :: tools(:)
+    type(particles_t), intent(in) :: particles
     integer, intent(in) :: b
     real(rp) :: d(nlane), load(nlane)
     logical :: is_awake(nlane)
     integer :: k, n, rest(nlane)
 
-    n = sim%particles%count(b)
-    rest = rests(nlane, sim%particles%tag(:, b))
+    n = particles%count(b)
+    rest = rests(nlane, particles%tag(:, b))
     load = cost_by_rest(rest)
     load(n + 1:) = 0.0_rp
     is_awake = rest == awake
     is_awake(n + 1:) = .false.
     if (.not. any(is_awake)) return
-    associate (ps => sim%particles%ps(:, :, b), &
-               reach => contact_distance*sim%scene%body(sim%particles%body(b))%mean_spacing())
+    associate (ps => particles%ps(:, :, b), &
+               reach => contact_distance*scene%body(particles%body(b))%mean_spacing())
       if (any(is_awake .and. ps(:, f_rate) > 0.0_rp)) then
         where (is_awake) load = load + flow_cost
       end if
-      do k = 1, size(sim%tool)
-        if (is_far(sim, k, b, reach)) cycle
-        call sim%tool(k)%clearances(n, ps(:, f_pos:f_pos + 2), reach, d)
+      do k = 1, size(tools)
+        if (is_far(clock, tools, particles, k, b, reach)) cycle
+        call tools(k)%clearances(n, ps(:, f_pos:f_pos + 2), reach, d)
         where (is_awake(:n) .and. d(:n) < reach) load(:n) = load(:n) + contact_cost
       end do
     end associate
   end function particle_costs
 
   !> True if block `b` is known to be farther than `reach` [m] from tool `k`.
-  pure logical function is_far(sim, k, b, reach)
-    type(simulation_t), intent(in) :: sim
+  pure logical function is_far(clock, tools, particles, k, b, reach)
+    type(clock_t), intent(in) :: clock
+    type(tool_t), intent(in) :: tools(:)
+    type(particles_t), intent(in) :: particles
     integer, intent(in) :: k, b
     real(rp), intent(in) :: reach
 
     is_far = .false.
-    if (.not. allocated(sim%particles%clearance)) return
-    if (b > size(sim%particles%clearance, 2)) return
-    is_far = sim%particles%clearance(k, b) > reach + sim%clock%displacement &
-      + sim%tool(k)%displacement()
+    if (.not. allocated(particles%clearance)) return
+    if (b > size(particles%clearance, 2)) return
+    is_far = particles%clearance(k, b) > reach + clock%displacement + tools(k)%displacement()
   end function is_far
 
 end module run_balance

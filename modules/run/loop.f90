@@ -19,6 +19,8 @@ module run_loop
   use run_debris, only: remove_debris
   use run_regrid, only: may_leave_cell, regrid
   use simulation_parts, only: simulation_t
+  use simulation_run, only: clock_t
+  use simulation_scene, only: scene_t
   use step_advance, only: take_step
   use step_drives, only: drive_tools, store_impulses
   use step_motion, only: find_motion
@@ -61,8 +63,8 @@ contains
     sim%clock%max_speed = sqrt(most(2))
     sim%step%last%stiffness = most(1)
     sim%step%last%speed2 = most(2)
-    call stagger_velocities(sim, stable_step(sim%scene, sim%clock))
-    now = energies(sim)
+    call stagger_velocities(sim%scene, sim%clock, sim%particles, stable_step(sim%scene, sim%clock))
+    now = energies(sim%scene, sim%clock, sim%particles, sim%nodes)
     energy = [now%kinetic, now%elastic]
     call sim%world%sum(energy)
     sim%history%kinetic0 = energy(1)
@@ -86,12 +88,12 @@ contains
     call writer%init(sim, is_resumed, error)
     if (.not. is_resumed) call writer%write_due(sim, .false., error)
     call sim%timer%start()
-    do while (.not. is_finished(sim) .and. .not. error%is_set())
+    do while (.not. is_finished(sim%scene, sim%clock) .and. .not. error%is_set())
       call note_step(sim%clock%step)
       call advance(sim, status, message)
       if (status == ended_broken) exit
       if (sim%step%output_is_lost) exit
-      call write_due(sim, writer, is_finished(sim), status, message, error)
+      call write_due(sim, writer, is_finished(sim%scene, sim%clock), status, message, error)
       if (status == ended_broken) exit
       call check_state(sim, status, message)
       call writer%progress%show_line(sim%world, sim%scene, sim%clock%time, sim%clock%step, &
@@ -155,10 +157,11 @@ contains
     if (is_there) message = message//', the last good checkpoint is '//checkpoint_path(sim%scene)
   end subroutine save_last_state
 
-  pure logical function is_finished(sim)
-    type(simulation_t), intent(in) :: sim
+  pure logical function is_finished(scene, clock)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
 
-    is_finished = sim%scene%is_over(sim%clock%time, sim%clock%step) .or. sim%clock%is_stopped
+    is_finished = scene%is_over(clock%time, clock%step) .or. clock%is_stopped
   end function is_finished
 
   !> Collective. One pass of the time loop: sort if due, take a step, conduct heat if due.
@@ -171,8 +174,8 @@ contains
 
     call sort_if_due(sim, status, message)
     if (status /= ended_well) return
-    dt = next_step(sim)
-    call store_impulses(sim)
+    dt = next_step(sim%scene, sim%clock)
+    call store_impulses(sim%tool)
     call take_step(sim, dt)
     if (sim%step%is_broken) then
       status = ended_broken
@@ -191,7 +194,7 @@ contains
       call sim%hook(k)%it%after_step(sim, dt)
     end do
     if (sim%scene%method%conducts) then
-      if (conduction_is_due(sim, dt) .or. &
+      if (conduction_is_due(sim%scene, sim%clock, dt) .or. &
           row_or_frame_is_due(sim%clock, sim%clock%time >= sim%scene%end_time)) then
         call conduct(sim, sim%clock%time - sim%clock%heat_time)
         if (sim%step%is_unsolved) then
@@ -218,16 +221,17 @@ contains
 
   !> Next time step to attempt [s]. Unless &TIME DT prescribes the steps, the last ones divide the
   !> remaining time evenly: strain rates of a step much shorter than its predecessor are inaccurate.
-  pure real(rp) function next_step(sim) result(dt)
-    type(simulation_t), intent(in) :: sim
+  pure real(rp) function next_step(scene, clock) result(dt)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
     !> Steps over which the remaining time is divided evenly.
     real(rp), parameter :: n_final_steps = 20.0_rp
     real(rp), parameter :: rounding = 1.0e-9_rp
 
-    dt = stable_step(sim%scene, sim%clock)
-    if (sim%scene%method%conducts) dt = min(dt, conduction_step(sim))
-    associate (left => sim%scene%end_time - sim%clock%time)
-      if (left < n_final_steps*dt .and. sim%scene%method%fixed_dt <= 0.0_rp) then
+    dt = stable_step(scene, clock)
+    if (scene%method%conducts) dt = min(dt, conduction_step(scene, clock))
+    associate (left => scene%end_time - clock%time)
+      if (left < n_final_steps*dt .and. scene%method%fixed_dt <= 0.0_rp) then
         dt = left/max(1.0_rp, real(ceiling(left/dt*(1.0_rp - rounding)), rp))
       end if
       dt = min(dt, left)
@@ -262,7 +266,8 @@ contains
     character(:), allocatable, intent(inout) :: message
 
     if (sim%clock%step - sim%clock%sorted_at < sim%scene%method%sort_interval &
-        .and. .not. may_leave_cell(sim) .and. .not. is_released(sim)) return
+        .and. .not. may_leave_cell(sim%scene, sim%clock) &
+        .and. .not. is_released(sim%scene, sim%clock)) return
     call check_inside(sim, status, message)
     if (status == ended_broken) return
     call regrid(sim)
@@ -270,13 +275,14 @@ contains
   end subroutine sort_if_due
 
   !> True if a clamp was released in the last step.
-  pure logical function is_released(sim)
-    type(simulation_t), intent(in) :: sim
+  pure logical function is_released(scene, clock)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
     integer :: c
 
     is_released = .false.
-    do c = 1, size(sim%scene%clamp)
-      associate (until => sim%scene%clamp(c)%clamp%until, clock => sim%clock)
+    do c = 1, size(scene%clamp)
+      associate (until => scene%clamp(c)%clamp%until)
         is_released = is_released .or. (clock%time >= until .and. clock%time - clock%dt < until)
       end associate
     end do

@@ -7,9 +7,10 @@ module run_mass_scaling
   use base_kinds, only: nlane, rp
   use mpm_blocks, only: kinetic_energy
   use output_totals, only: energies, energies_t, inertial_stress_ratio
-  use particles_store, only: f_flow, f_mass, f_vel
+  use particles_store, only: f_flow, f_mass, f_vel, particles_t
   use simulation_parts, only: simulation_t
   use simulation_run, only: e_scaling
+  use simulation_scene, only: scene_t
   use step_motion, only: find_motion
   use tools_sums, only: s_force, s_work
   implicit none (type, external)
@@ -36,7 +37,7 @@ contains
     part = inertial_part(sim)
     if (sim%clock%step == 0) return
     call find_motion(sim)
-    now(1) = largest_ratio(sim)
+    now(1) = largest_ratio(sim%scene, sim%particles)
     if (allocated(sim%particles%motion)) deallocate (sim%particles%motion)
     call sim%world%max(now)
     associate (m => sim%scene%method, peak => sim%clock%inertial_peak)
@@ -62,7 +63,7 @@ contains
     real(rp) :: all(5 + 3*size(sim%tool))
     integer :: k
 
-    now = energies(sim)
+    now = energies(sim%scene, sim%clock, sim%particles, sim%nodes)
     all = [now%motion, sum(sim%tool%sums(s_work)), &
            (sim%tool(k)%sums(s_force:s_force + 2), k=1, size(sim%tool))]
     call sim%world%sum(all)
@@ -74,17 +75,18 @@ contains
   end function inertial_part
 
   !> Largest rho v^2 over flow stress of this rank's particles, whether they flow or not [-].
-  pure real(rp) function largest_ratio(sim) result(ratio)
-    type(simulation_t), intent(in) :: sim
+  pure real(rp) function largest_ratio(scene, particles) result(ratio)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
     integer :: b
 
     ratio = 0.0_rp
-    do b = 1, sim%particles%nblk
-      associate (ps => sim%particles%ps(:, :, b), body => sim%scene%body(sim%particles%body(b)))
+    do b = 1, particles%nblk
+      associate (ps => particles%ps(:, :, b), body => scene%body(particles%body(b)))
         if (body%is_rigid()) cycle
-        ratio = max(ratio, inertial_stress_ratio(sim%particles%count(b), &
-                                                 sim%scene%material(body%material), 1.0_rp, &
-                                                 sim%particles%velocity(b), ps(:, f_flow), &
+        ratio = max(ratio, inertial_stress_ratio(particles%count(b), &
+                                                 scene%material(body%material), 1.0_rp, &
+                                                 particles%velocity(b), ps(:, f_flow), &
                                                  spread(.true., 1, nlane)))
       end associate
     end do

@@ -13,15 +13,16 @@ module run_restart
   use particles_migrate, only: find_outside
   use particles_store, only: asleep, awake, f_bbar, f_flow, f_jac, f_mass, f_plastic, f_pos, &
                              f_rate, f_temp, f_vel, max_volume_ratio, particles_t, set_rest, &
-                             tag_id, &
-                             tag_rest, tracer_bit
+                             tag_id, tag_rest, tracer_bit
   use run_balance, only: find_reach, make_first_partition, store_nodes
   use run_debris, only: remove_debris
   use run_regrid, only: sort_particles, update_lists
   use simulation_nodes, only: place_light
   use simulation_parts, only: simulation_t
   use simulation_run, only: motion_t, outcome_t
+  use simulation_scene, only: scene_t
   use sleep_motion, only: start_tracking
+  use tools_tool, only: tool_t
   implicit none (type, external)
   private
 
@@ -63,16 +64,16 @@ contains
       time = motion%time
       if (cubes%count() > 0) call start_tracking(motion, cubes)
       motion%time = time
-      call pass_sums(sim, of_rank)
+      call pass_sums(sim%world, sim%tool, sim%sleepers, sim%budget, of_rank)
       call of_rank%finish()
       if (.not. sim%scene%method%sleep%is_on .or. cubes%count() == 0) motion = motion_t()
     end associate
     if (of_rank%error%is_set()) then
       wrong = of_rank%error%message
     else if (.not. same_ranks) then
-      wrong = check_particles(sim, box_t([0, 0, 0], sim%scene%grid%n - 1))
+      wrong = check_particles(sim%scene, sim%particles, box_t([0, 0, 0], sim%scene%grid%n - 1))
     else if (check_boxes(sim%scene%grid, boxes)) then
-      wrong = check_particles(sim, boxes(sim%world%rank))
+      wrong = check_particles(sim%scene, sim%particles, boxes(sim%world%rank))
     else
       wrong = '/ranks/boxes: they do not divide the grid'
     end if
@@ -81,13 +82,13 @@ contains
     if (error%is_set()) return
     call check_outside(sim, path, same_ranks, error)
     if (error%is_set()) return
-    call resume_drives(sim)
+    call resume_drives(sim%world, sim%tool)
     call sim%tool%move_to(sim%clock%time)
     if (.not. sim%scene%method%sleep%is_on) call wake_all(sim%world, sim%particles, same_ranks)
     if (same_ranks) then
       call move_alloc(boxes, sim%exchange%boxes)
-      call find_reach(sim)
-      call store_nodes(sim)
+      call find_reach(sim%world, sim%scene, sim%particles, sim%nodes)
+      call store_nodes(sim%world, sim%scene, sim%nodes, sim%exchange)
       call update_lists(sim, .false., .false.)
     else
       call make_first_partition(sim)
@@ -98,15 +99,16 @@ contains
 
   !> Collective. Add the averages of the ranks of the reaction on the free tools. A rigid machine
   !> that does not press bears it; the tool may have become free at this restart.
-  subroutine resume_drives(sim)
-    type(simulation_t), intent(inout) :: sim
-    real(rp) :: reaction(size(sim%tool))
+  subroutine resume_drives(world, tools)
+    type(world_t), intent(in) :: world
+    type(tool_t), intent(inout) :: tools(:)
+    real(rp) :: reaction(size(tools))
     integer :: k
 
-    reaction = sim%tool%drive%reaction_ema
-    call sim%world%sum(reaction)
-    do k = 1, size(sim%tool)
-      associate (drive => sim%tool(k)%drive)
+    reaction = tools%drive%reaction_ema
+    call world%sum(reaction)
+    do k = 1, size(tools)
+      associate (drive => tools(k)%drive)
         if (.not. drive%is_free) cycle
         drive%reaction_ema = reaction(k)
         if (drive%is_force_controlled .or. drive%stiffness > 0.0_rp) cycle
@@ -171,26 +173,27 @@ contains
 
   !> Error message for the particles of this rank; '' if they are valid. Their nearest nodes must be
   !> in `box` or next to it, and unused lanes must be neutral (particles_sort).
-  function check_particles(sim, box) result(text)
-    type(simulation_t), intent(in) :: sim
+  function check_particles(scene, particles, box) result(text)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
     type(box_t), intent(in) :: box
     character(:), allocatable :: text
-    real(rp) :: low(sim%particles%nf), high(sim%particles%nf)
+    real(rp) :: low(particles%nf), high(particles%nf)
     integer(i8), parameter :: tags = ishft(1_i8, tracer_bit + 1)
     type(box_t) :: reach
     integer :: b, f, p
     logical :: fits(nlane)
 
-    call ranges(sim, low, high)
+    call ranges(scene, low, high)
     reach = box%grown(1)
     text = ''
-    do b = 1, sim%particles%nblk
-      associate (ps => sim%particles%ps(:, :, b), tag => sim%particles%tag(:, b), &
-                 n => sim%particles%count(b), body => sim%particles%body(b))
+    do b = 1, particles%nblk
+      associate (ps => particles%ps(:, :, b), tag => particles%tag(:, b), n => particles%count(b), &
+                 body => particles%body(b))
         if (n < 0 .or. n > nlane) then
           text = '/particles/count: a block of '//str(n)//' particles'
-        else if (body < 1 .or. body > size(sim%scene%body)) then
-          text = '/particles/body: body '//str(body)//' of '//str(size(sim%scene%body))
+        else if (body < 1 .or. body > size(scene%body)) then
+          text = '/particles/body: body '//str(body)//' of '//str(size(scene%body))
         else if (any(tag(:n) < 0 .or. tag(:n) >= tags) .or. any(tag_rest(tag(:n)) > asleep)) then
           text = '/particles/tag: a tag that no particle can have'
         end if
@@ -201,14 +204,14 @@ contains
           if (all(fits)) cycle
           p = findloc(fits, .false., 1)
           text = '/particles/state: particle '//str(tag_id(tag(p)))//' has a '// &
-                 sim%scene%layout%name_of(f)//' of '//str(ps(p, f))//', not from '// &
-                 str(low(f))//' to '//str(high(f))
+            scene%layout%name_of(f)//' of '//str(ps(p, f))//', not from '//str(low(f))//' to '// &
+            str(high(f))
           if (p > n) text = '/particles/state: there is a particle behind the '//str(n)// &
                             ' of its block'
           return
         end do
         do p = 1, n
-          if (reach%has(nearest_node(sim%scene%grid, ps(p, f_pos:f_pos + 2)))) cycle
+          if (reach%has(nearest_node(scene%grid, ps(p, f_pos:f_pos + 2)))) cycle
           text = '/particles/state: particle '//str(tag_id(tag(p)))//' is outside the box of '// &
                  'nodes of its rank'
           return
@@ -219,13 +222,13 @@ contains
 
   !> Ranges of the fields of particles. Particles that leave the grid are removed before they are
   !> outside the patch of a rank.
-  pure subroutine ranges(sim, low, high)
-    type(simulation_t), intent(in) :: sim
+  pure subroutine ranges(scene, low, high)
+    type(scene_t), intent(in) :: scene
     real(rp), intent(out) :: low(:), high(:)
 
     low = -max_magnitude
     high = max_magnitude
-    associate (grid => sim%scene%grid)
+    associate (grid => scene%grid)
       low(f_pos:f_pos + 2) = grid%lower - halo*grid%h
       high(f_pos:f_pos + 2) = grid%upper() + halo*grid%h
     end associate

@@ -22,8 +22,8 @@ module simulation_parts
   implicit none (type, external)
   private
 
-  public :: boundary_t, column_nodes_t, column_t, free_simulation, held_hook_t, hook_t, mirrors_t, &
-            simulation_t
+  public :: boundary_t, column_nodes_t, column_t, free_simulation, held_hook_t, history_t, hook_t, &
+            mirrors_t, simulation_t
 
   !> Three nodes across the face of a clamp that lies between nodes (boundary_clamps).
   type :: column_t

@@ -9,15 +9,18 @@
 !> awake particles form the held layer (sleep_held_layer).
 module sleep_criteria
   use base_kinds, only: i8, nlane, rp
+  use base_world, only: world_t
   use grid_geometry, only: box_t, grid_t, nearest_node, nearest_nodes
   use grid_neighbours, only: dilate
   use particles_store, only: asleep, awake, f_mass, f_pos, f_rate, f_tau, f_temp, f_vel, held, &
-                             rests, set_rest, tag_rest
+                             particles_t, rests, set_rest, tag_rest
   use simulation_parts, only: simulation_t
-  use simulation_run, only: e_sleep, motion_t
+  use simulation_run, only: e_sleep, motion_t, sleepers_t
+  use simulation_scene, only: scene_t
   use sleep_motion, only: cube_at, cube_middle, cube_size, edge, longest_cube, start_tracking
   use sleep_stress, only: c_wake_requests, c_mass, c_stress, find_active_cubes, n_cube_sums, &
                           n_particle_sums
+  use tools_tool, only: tool_t
   implicit none (type, external)
   private
 
@@ -51,7 +54,7 @@ contains
     call find_awake(sim, sim%sleepers%motion, may_sleep, box, is_awake)
     call start_tracking(sim%sleepers%motion, box)
     if (sim%particles%n_awake >= 0 .and. .not. may_sleep) then
-      can_wait = can_defer_waking(sim, box, is_awake)
+      can_wait = can_defer_waking(sim%world, sim%scene, sim%particles, box, is_awake)
       if (can_wait) return
     end if
     near = is_awake
@@ -82,18 +85,20 @@ contains
   end function cubes_in_use
 
   !> True if the sleepers in the cubes marked in `is_awake` are a small part of the awake particles.
-  logical function can_defer_waking(sim, box, is_awake)
-    type(simulation_t), intent(in) :: sim
+  logical function can_defer_waking(world, scene, particles, box, is_awake)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
     type(box_t), intent(in) :: box
     logical, intent(in) :: is_awake(box%count())     !! state of each cube
     integer :: b, c(nlane), counts(2)
 
-    counts = [sum(sim%particles%count(:sim%particles%n_awake)), 0]
-    do b = sim%particles%n_awake + 1, sim%particles%nblk
-      c = cubes(sim%scene%grid, box, sim%particles%ps(:, f_pos:f_pos + 2, b))
-      counts(2) = counts(2) + count(is_awake(c(:sim%particles%count(b))))
+    counts = [sum(particles%count(:particles%n_awake)), 0]
+    do b = particles%n_awake + 1, particles%nblk
+      c = cubes(scene%grid, box, particles%ps(:, f_pos:f_pos + 2, b))
+      counts(2) = counts(2) + count(is_awake(c(:particles%count(b))))
     end do
-    call sim%world%sum(counts)
+    call world%sum(counts)
     can_defer_waking = counts(2) <= max_deferred_fraction*counts(1)
   end function can_defer_waking
 
@@ -136,7 +141,7 @@ contains
 
     n = box%hi - box%lo + 1
     allocate (sums(n_cube_sums, n(1), n(2), n(3)), source=0.0_rp)
-    call add_particle_sums(sim, box, sums)
+    call add_particle_sums(sim%scene, sim%particles, box, sums)
     call add_node_sums(motion, box, sums)
     flat = reshape(sums, [size(sums)])
     call sim%world%sum(flat)
@@ -144,7 +149,7 @@ contains
     allocate (is_awake(n(1), n(2), n(3)))
     call find_active_cubes(sim%scene, sim%clock, motion%time, box, n, sums, is_awake)
     call add_neighbours(is_awake)
-    call mark_cubes_at_tools(sim, box, is_awake)
+    call mark_cubes_at_tools(sim%scene, sim%tool, box, is_awake)
     if (.not. may_sleep) is_awake = is_awake .or. sums(c_mass, :, :, :) > 0.0_rp
   end subroutine find_awake
 
@@ -169,21 +174,22 @@ contains
   end subroutine add_node_sums
 
   !> Add this rank's sums over particles for each cube.
-  subroutine add_particle_sums(sim, box, sums)
-    type(simulation_t), intent(in) :: sim
+  subroutine add_particle_sums(scene, particles, box, sums)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
     type(box_t), intent(in) :: box
     real(rp), intent(inout) :: sums(n_cube_sums, box%count())
     integer :: b, c(nlane), p
     logical :: wants_wake(nlane), is_awake(nlane)
 
-    associate (limits => sim%scene%method%sleep, rest => sim%scene%layout%rest)
-      do b = 1, sim%particles%nblk
-        associate (ps => sim%particles%ps(:, :, b))
-          is_awake = rests(nlane, sim%particles%tag(:, b)) == awake
+    associate (limits => scene%method%sleep, rest => scene%layout%rest)
+      do b = 1, particles%nblk
+        associate (ps => particles%ps(:, :, b))
+          is_awake = rests(nlane, particles%tag(:, b)) == awake
           wants_wake = .not. is_awake .and. abs(ps(:, f_temp) - ps(:, rest)) > limits%heat
           if (.not. any(wants_wake .or. is_awake)) cycle
-          c = cubes(sim%scene%grid, box, ps(:, f_pos:f_pos + 2))
-          do p = 1, sim%particles%count(b)
+          c = cubes(scene%grid, box, ps(:, f_pos:f_pos + 2))
+          do p = 1, particles%count(b)
             associate (at => sums(:, c(p)))
               if (wants_wake(p)) at(c_wake_requests) = at(c_wake_requests) + 1.0_rp
               if (.not. is_awake(p)) cycle
@@ -201,27 +207,28 @@ contains
   !> node supports contact without moving, contact treats it as free, and the metal gains energy.
   !> Particles in contact are within half a cell of the tool and reach nodes 1.5 cells from its
   !> surface, as sleepers do from their centres.
-  subroutine mark_cubes_at_tools(sim, box, is_active)
-    type(simulation_t), intent(in) :: sim
+  subroutine mark_cubes_at_tools(scene, tools, box, is_active)
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tools(:)
     type(box_t), intent(in) :: box
     logical, intent(inout) :: is_active(:, :, :)
     real(rp) :: lower(3), reach, upper(3)
     integer :: c(3), first(3), i, j, k, last(3), t
 
-    do t = 1, size(sim%tool)
-      call sim%tool(t)%bounds(lower, upper)
-      reach = reach_of(longest_cube(sim%scene%grid))
-      lower = cube_at(sim%scene%grid, lower - reach) - box%lo
-      upper = cube_at(sim%scene%grid, upper + reach) - box%lo + 2.0_rp
+    do t = 1, size(tools)
+      call tools(t)%bounds(lower, upper)
+      reach = reach_of(longest_cube(scene%grid))
+      lower = cube_at(scene%grid, lower - reach) - box%lo
+      upper = cube_at(scene%grid, upper + reach) - box%lo + 2.0_rp
       first = int(min(max(lower, 1.0_rp), real(shape(is_active), rp)))
       last = int(max(min(upper, real(shape(is_active), rp)), 1.0_rp))
       do k = first(3), last(3)
         do j = first(2), last(2)
           do i = first(1), last(1)
             c = box%lo + [i, j, k] - 1
-            reach = reach_of(maxval(cube_size(sim%scene%grid, c)))
-            is_active(i, j, k) = is_active(i, j, k) &
-              .or. sim%tool(t)%clearance(cube_middle(sim%scene%grid, c)) < reach
+            reach = reach_of(maxval(cube_size(scene%grid, c)))
+            is_active(i, j, k) = is_active(i, j, k) .or. &
+              tools(t)%clearance(cube_middle(scene%grid, c)) < reach
           end do
         end do
       end do
@@ -233,7 +240,7 @@ contains
       real(rp), parameter :: half_diagonal = sqrt(0.75_rp)  !! half diagonal of a cube [cube edges]
       real(rp), parameter :: apart = 3.5_rp  !! distance beyond which no nodes are shared [cells]
 
-      reach_of = max(sim%scene%method%sleep%distance, apart*size/edge) + half_diagonal*size
+      reach_of = max(scene%method%sleep%distance, apart*size/edge) + half_diagonal*size
     end function reach_of
   end subroutine mark_cubes_at_tools
 
@@ -266,16 +273,17 @@ contains
   end function cubes
 
   !> Count the awake blocks and those of the held layer after a sort; they come in this order.
-  subroutine count_awake(sim)
-    type(simulation_t), intent(inout) :: sim
+  subroutine count_awake(particles, sleepers)
+    type(particles_t), intent(inout) :: particles
+    type(sleepers_t), intent(inout) :: sleepers
     integer :: b
 
-    sim%sleepers%layer%is_stale = .true.
-    sim%particles%n_awake = 0
-    sim%particles%n_mapped = 0
-    do b = 1, sim%particles%nblk
-      if (tag_rest(sim%particles%tag(1, b)) == awake) sim%particles%n_awake = b
-      if (tag_rest(sim%particles%tag(1, b)) /= asleep) sim%particles%n_mapped = b
+    sleepers%layer%is_stale = .true.
+    particles%n_awake = 0
+    particles%n_mapped = 0
+    do b = 1, particles%nblk
+      if (tag_rest(particles%tag(1, b)) == awake) particles%n_awake = b
+      if (tag_rest(particles%tag(1, b)) /= asleep) particles%n_mapped = b
     end do
   end subroutine count_awake
 

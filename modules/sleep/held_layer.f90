@@ -24,7 +24,7 @@ module sleep_held_layer
   use mpm_sweeps, only: force_to_grid
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel
   use simulation_nodes, only: clear_nodes, min_node_inertia, nodes_t, update_nodes
-  use simulation_parts, only: simulation_t
+  use simulation_parts, only: boundary_t, simulation_t
   use simulation_run, only: budget_t, clock_t, e_sleep, sleepers_t
   use simulation_scene, only: scene_t
   use transfer_scatter, only: p2g_block
@@ -51,48 +51,51 @@ contains
       call force_to_grid(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
                          sim%particles%ps(:, :, b), sim%nodes%rec, sim%nodes%g(:, :, 1))
     end do
-    call store_layer_records(sim, sim%nodes%g(:, :, 1))
-    call reflect(sim, r_momentum, sim%nodes%g(:, :, 1), sim%boundary%mirrors%lost, &
-                 sim%boundary%mirrors%mass_behind(:, 1))
+    call store_layer_records(sim%scene, sim%nodes, sim%sleepers, sim%nodes%g(:, :, 1))
+    call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, sim%nodes%g(:, :, 1), &
+                 sim%boundary%mirrors%lost, sim%boundary%mirrors%mass_behind(:, 1))
     sim%boundary%mirrors%resting_mass_behind = sim%boundary%mirrors%mass_behind(:, 1)
     call sim%nodes%halo%sum(sim%world, 8, sim%nodes%patch%nn, sim%nodes%g(:, :, 1))
-    call list_held(sim, sim%nodes%g(:, :, 1))
+    call list_held(sim%nodes, sim%sleepers, sim%nodes%g(:, :, 1))
   end subroutine freeze_layer
 
   !> Store the records of this rank's sleepers: the nodes of `g` that have mass.
-  subroutine store_layer_records(sim, g)
-    type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: g(8, sim%nodes%patch%nn)
+  subroutine store_layer_records(scene, nodes, sleepers, g)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(sleepers_t), intent(inout) :: sleepers
+    real(rp), intent(in) :: g(8, nodes%patch%nn)
     integer :: i
 
-    associate (layer => sim%sleepers%layer)
-      layer%node = nodes_with_mass(sim, g)
+    associate (layer => sleepers%layer)
+      layer%node = nodes_with_mass(nodes, g)
       layer%record = g(:, layer%node)
       if (allocated(layer%volume)) deallocate (layer%volume)
-      allocate (layer%volume(2*size(sim%scene%body), size(layer%node)), source=0.0_rp)
-      if (.not. allocated(sim%nodes%volume)) return
+      allocate (layer%volume(2*size(scene%body), size(layer%node)), source=0.0_rp)
+      if (.not. allocated(nodes%volume)) return
       do i = 1, size(layer%node)
-        layer%volume(:, i) = sim%nodes%volume(:, layer%node(i))
+        layer%volume(:, i) = nodes%volume(:, layer%node(i))
       end do
     end associate
   end subroutine store_layer_records
 
   !> List the nodes to hold: those with mass of sleepers of any rank.
-  subroutine list_held(sim, g)
-    type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: g(8, sim%nodes%patch%nn)
+  subroutine list_held(nodes, sleepers, g)
+    type(nodes_t), intent(in) :: nodes
+    type(sleepers_t), intent(inout) :: sleepers
+    real(rp), intent(in) :: g(8, nodes%patch%nn)
     integer :: i, r
 
-    associate (layer => sim%sleepers%layer)
-      layer%held = nodes_with_mass(sim, g)
+    associate (layer => sleepers%layer)
+      layer%held = nodes_with_mass(nodes, g)
       layer%mass = g(1, layer%held)
       layer%is_own = [(.false., i=1, size(layer%held))]
       i = 0
-      do r = 1, sim%nodes%n_ranges
+      do r = 1, nodes%n_ranges
         do while (i < size(layer%held))
-          if (layer%held(i + 1) > sim%nodes%range(2, r)) exit
+          if (layer%held(i + 1) > nodes%range(2, r)) exit
           i = i + 1
-          layer%is_own(i) = sim%nodes%range(3, r) == 1
+          layer%is_own(i) = nodes%range(3, r) == 1
         end do
       end do
       if (allocated(layer%impulse)) deallocate (layer%impulse)
@@ -101,16 +104,16 @@ contains
   end subroutine list_held
 
   !> Nodes in use with mass, in ascending order.
-  pure function nodes_with_mass(sim, g) result(list)
-    type(simulation_t), intent(in) :: sim
-    real(rp), intent(in) :: g(8, sim%nodes%patch%nn)
+  pure function nodes_with_mass(nodes, g) result(list)
+    type(nodes_t), intent(in) :: nodes
+    real(rp), intent(in) :: g(8, nodes%patch%nn)
     integer, allocatable :: list(:)
     integer :: n, pass, q, r
 
     do pass = 1, 2
       n = 0
-      do r = 1, sim%nodes%n_ranges
-        do q = sim%nodes%range(1, r), sim%nodes%range(2, r)
+      do r = 1, nodes%n_ranges
+        do q = nodes%range(1, r), nodes%range(2, r)
           if (.not. g(1, q) > 0.0_rp) cycle
           n = n + 1
           if (pass == 2) list(n) = q
@@ -121,17 +124,19 @@ contains
   end function nodes_with_mass
 
   !> Add the records of the held layer to the records of its nodes.
-  subroutine add_layer(sim, g)
-    type(simulation_t), intent(inout) :: sim
-    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
+  subroutine add_layer(nodes, sleepers, g)
+    type(nodes_t), intent(inout) :: nodes
+    type(sleepers_t), intent(in) :: sleepers
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)
     integer :: i, q
 
-    if (.not. allocated(sim%sleepers%layer%node)) return
-    do i = 1, size(sim%sleepers%layer%node)
-      q = sim%sleepers%layer%node(i)
-      g(:, q) = g(:, q) + sim%sleepers%layer%record(:, i)
-      if (allocated(sim%nodes%volume)) sim%nodes%volume(:, q) = sim%nodes%volume(:, q) &
-        + sim%sleepers%layer%volume(:, i)
+    if (.not. allocated(sleepers%layer%node)) return
+    do i = 1, size(sleepers%layer%node)
+      q = sleepers%layer%node(i)
+      g(:, q) = g(:, q) + sleepers%layer%record(:, i)
+      if (allocated(nodes%volume)) then
+        nodes%volume(:, q) = nodes%volume(:, q) + sleepers%layer%volume(:, i)
+      end if
     end do
   end subroutine add_layer
 
@@ -187,7 +192,7 @@ contains
       is_known = .true.
     end if
     if (sim%world%all_true(is_known)) return
-    call mark_held(sim, near)
+    call mark_held(sim%nodes, sim%boundary, near)
     call find_wall_forces(sim, sim%particles%n_mapped, near, of_layer)
     call find_wall_forces(sim, sim%particles%nblk, near, sim%sleepers%far_force)
     sim%sleepers%far_force = sim%sleepers%far_force - of_layer
@@ -203,21 +208,22 @@ contains
   end subroutine record_sleeper_impulse
 
   !> Mark the nodes, as (z, y, x), from which a particle reaches nodes held by walls or clamps.
-  subroutine mark_held(sim, near)
-    type(simulation_t), intent(in) :: sim
+  subroutine mark_held(nodes, boundary, near)
+    type(nodes_t), intent(in) :: nodes
+    type(boundary_t), intent(in) :: boundary
     logical, allocatable, intent(out) :: near(:, :, :)
-    logical :: is_held(0:sim%nodes%patch%nn)
+    logical :: is_held(0:nodes%patch%nn)
     integer :: i, k, n(3)
 
     n = 0
-    if (sim%nodes%patch%nn > 0) n = sim%nodes%patch%all%hi - sim%nodes%patch%all%lo + 1
+    if (nodes%patch%nn > 0) n = nodes%patch%all%hi - nodes%patch%all%lo + 1
     is_held = .false.
-    is_held(sim%boundary%mirrors%pair(1, :)) = .true.
-    is_held(sim%boundary%mirrors%plane(1, :)) = .true.
-    is_held(sim%boundary%fixed(1, :sim%boundary%n_fixed)) = .true.
-    do i = 1, sim%boundary%n_columns
+    is_held(boundary%mirrors%pair(1, :)) = .true.
+    is_held(boundary%mirrors%plane(1, :)) = .true.
+    is_held(boundary%fixed(1, :boundary%n_fixed)) = .true.
+    do i = 1, boundary%n_columns
       do k = 1, 3
-        is_held(sim%boundary%column(i)%node(k)) = .true.
+        is_held(boundary%column(i)%node(k)) = .true.
       end do
     end do
     near = reshape(is_held(1:), n([3, 2, 1]))
@@ -243,7 +249,7 @@ contains
                      sim%particles%ps(:, :, b), sim%nodes%g(:, :, 1))
     end do
     lost = 0.0_rp
-    call reflect(sim, r_momentum, sim%nodes%g(:, :, 1), lost)
+    call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, sim%nodes%g(:, :, 1), lost)
     call sim%nodes%resting_halo%sum(sim%world, 8, sim%nodes%patch%nn, sim%nodes%g(:, :, 1))
     sim%budget%impulse = 0.0_rp
     call update_nodes(sim%scene, sim%clock, sim%nodes, 1.0_rp, sim%nodes%g)  ! in a step of 1 s
@@ -272,8 +278,8 @@ contains
     call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
     call force_records(sim%clock%mass_scaling, &
                        1.0_rp/sim%scene%material(sim%scene%body(body)%material)%rho, &
-                       external_acceleration(sim, body), ps(1, f_mass), ps(1, f_vel), &
-                       ps(1, f_tau), ps(1, f_temp), sim%nodes%rec)
+                       external_acceleration(sim%scene, sim%step, body), ps(1, f_mass), &
+                       ps(1, f_vel), ps(1, f_tau), ps(1, f_temp), sim%nodes%rec)
     call p2g_block(n, w, first, sim%nodes%rec, sim%nodes%patch%stride, sim%nodes%patch%nn, g)
   end subroutine add_force
 

@@ -6,9 +6,12 @@ module step_acceptance
   use base_kinds, only: rp
   use base_system, only: stop_signal
   use base_timers, only: wall_time
+  use particles_store, only: particles_t
   use simulation_nodes, only: full_mass
   use simulation_parts, only: simulation_t
-  use simulation_run, only: skin
+  use simulation_run, only: clock_t, exchange_t, skin, step_t
+  use simulation_scene, only: scene_t
+  use tools_tool, only: tool_t
   implicit none (type, external)
   private
 
@@ -38,43 +41,48 @@ contains
     own = [sim%step%last%stiffness, sim%step%last%speed2]
     own = merge(own, huge(1.0_rp), own <= huge(1.0_rp))   ! MPI maxima may lose a NaN
     own(2) = max(own(2), fastest_node(sim, g))
-    locally_accepted = is_sound(own) .and. dt*sqrt(own(2)) <= max_node_displacement(sim)
+    locally_accepted = is_sound(own) &
+      .and. dt*sqrt(own(2)) <= max_node_displacement(sim%scene, sim%clock)
     unsecured = -1.0_rp
     if (sim%scene%output%safety_interval > 0.0_rp) unsecured = wall_time() - sim%step%secured
     call sim%exchange%acceptance%start(sim%world, &
                                        [own, real(stop_signal(), rp), &
-                                        real(sim%budget%failed_returns, rp), &
-                                        unsecured, merge(1.0_rp, 0.0_rp, &
-                                        sim%step%lost_row), sim%particles%warming, near_tools(sim)])
+                                        real(sim%budget%failed_returns, rp), unsecured, &
+                                        merge(1.0_rp, 0.0_rp, sim%step%lost_row), &
+                                        sim%particles%warming, &
+                                        near_tools(sim%scene, sim%tool, sim%particles)])
   end subroutine post_acceptance
 
   !> Collective. Refuse the step if a node moves farther than half a cell, or a particle might have
   !> moved more than a cell since the last sort; it is to be repeated with the smaller `dt`.
   !> `step%is_broken`: no step is small enough, or the state has NaN.
-  subroutine finish_acceptance(sim, dt, is_refused)
-    type(simulation_t), intent(inout) :: sim
+  subroutine finish_acceptance(scene, clock, step, exchange, dt, is_refused)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(inout) :: clock
+    type(step_t), intent(inout) :: step
+    type(exchange_t), intent(inout) :: exchange
     real(rp), intent(inout) :: dt               !! time step [s]
     logical, intent(out) :: is_refused
 
-    sim%exchange%balance%waited = sim%exchange%balance%waited - wall_time()
-    call sim%exchange%acceptance%finish()
-    sim%exchange%balance%waited = sim%exchange%balance%waited + wall_time()
-    associate (most => sim%exchange%acceptance%value)
-      sim%clock%stiffness = most(1)
-      sim%clock%max_speed = sqrt(most(2))
-      sim%step%signal = nint(most(3))
-      sim%step%worst_returns = nint(most(4))
-      sim%step%output_is_lost = most(6) > 0.0_rp
-      sim%clock%warming = most(7)
-      sim%step%is_near = most(8:) > 0.0_rp
-      sim%step%safety_is_due = most(5) >= sim%scene%output%safety_interval
-      sim%step%is_broken = .not. is_sound(most(1:2))
+    exchange%balance%waited = exchange%balance%waited - wall_time()
+    call exchange%acceptance%finish()
+    exchange%balance%waited = exchange%balance%waited + wall_time()
+    associate (most => exchange%acceptance%value)
+      clock%stiffness = most(1)
+      clock%max_speed = sqrt(most(2))
+      step%signal = nint(most(3))
+      step%worst_returns = nint(most(4))
+      step%output_is_lost = most(6) > 0.0_rp
+      clock%warming = most(7)
+      step%is_near = most(8:) > 0.0_rp
+      step%safety_is_due = most(5) >= scene%output%safety_interval
+      step%is_broken = .not. is_sound(most(1:2))
     end associate
-    is_refused = .not. sim%step%is_broken .and. dt*sim%clock%max_speed > max_node_displacement(sim)
+    is_refused = .not. step%is_broken .and. dt*clock%max_speed > max_node_displacement(scene, clock)
     if (.not. is_refused) return
-    dt = 0.5_rp*max_node_displacement(sim)/sim%clock%max_speed
-    sim%step%is_broken = dt < min_dt_fraction*sim%step%attempted_dt
-    sim%step%last%speed2 = 0.0_rp  ! `dt` was computed with the particle speeds
+    dt = 0.5_rp*max_node_displacement(scene, clock)/clock%max_speed
+    step%is_broken = dt < min_dt_fraction*step%attempted_dt
+    step%last%speed2 = 0.0_rp  ! `dt` was computed with the particle speeds
   end subroutine finish_acceptance
 
   !> True if squared wave speed and squared speed are valid; false for NaN.
@@ -85,23 +93,26 @@ contains
   end function is_sound
 
   !> Largest allowed displacement of a node in this step [m].
-  pure real(rp) function max_node_displacement(sim)
-    type(simulation_t), intent(in) :: sim
+  pure real(rp) function max_node_displacement(scene, clock)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
 
-    max_node_displacement = min(max_cells*minval(sim%scene%grid%h), &
-                                minval(sim%scene%grid%h) - sim%clock%displacement)
+    max_node_displacement = min(max_cells*minval(scene%grid%h), minval(scene%grid%h) &
+                                - clock%displacement)
   end function max_node_displacement
 
   !> 1 for each tool that a particle of this rank may touch, else 0.
-  pure function near_tools(sim) result(near)
-    type(simulation_t), intent(in) :: sim
-    real(rp) :: near(size(sim%tool))
+  pure function near_tools(scene, tools, particles) result(near)
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tools(:)
+    type(particles_t), intent(in) :: particles
+    real(rp) :: near(size(tools))
     integer :: k
 
     near = 0.0_rp
-    do k = 1, size(sim%tool)
-      if (any(sim%particles%clearance(k, :) <= skin*sim%scene%grid%longest() &
-              + sim%tool(k)%displacement())) then
+    do k = 1, size(tools)
+      if (any(particles%clearance(k, :) <= skin*scene%grid%longest() &
+              + tools(k)%displacement())) then
         near(k) = 1.0_rp
       end if
     end do

@@ -51,7 +51,7 @@ contains
     if (sim%scene%method%sleep%is_on) then
       call freeze_layer(sim)
     end if
-    call save_state(sim)
+    call save_state(sim%exchange, sim%budget)
     do
       call particles_to_grid(sim, g_motion)
       call update_nodes(sim%scene, sim%clock, sim%nodes, dt, g_motion)
@@ -71,7 +71,7 @@ contains
       call track_motion(sim%nodes, sim%sleepers, dt, g_motion(:, :, 1))
     end if
     call keep_light(sim%scene, sim%clock, sim%nodes, g_motion)
-    call record_impulse(sim, dt, g_motion)
+    call record_impulse(sim%scene, sim%boundary, sim%budget, dt, g_motion)
     if (sim%scene%method%scheme /= scheme_usl) then
       call remap_velocities(sim, dt, g_strain, g_motion)
     else if (sim%scene%method%filters_in(sim%clock%step)) then
@@ -132,7 +132,7 @@ contains
     call clear_nodes(sim%nodes, g)
     call clear_volume(sim%scene, sim%nodes)
     call momentum_to_grid(sim, g, g_motion)
-    call sum_nodes(sim, g)
+    call sum_nodes(sim%world, sim%scene, sim%nodes, sim%boundary, g)
     call sum_volume(sim%world, sim%scene, sim%nodes)
     before = sim%budget                     ! interpolation does no work and exerts no impulse
     call update_nodes(sim%scene, sim%clock, sim%nodes, 0.0_rp, g)
@@ -141,7 +141,7 @@ contains
       call join_bodies(sim%world, sim%scene, sim%clock, sim%tool, sim%particles, &
                        sim%nodes, sim%boundary, sim%pairs, dt, g)
     end if
-    call restore_velocities(sim, g)
+    call restore_velocities(sim%scene, sim%nodes, sim%boundary, g)
     sim%budget = before
   end subroutine remap_velocities
 

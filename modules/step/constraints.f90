@@ -33,7 +33,7 @@ contains
       call hold_layer(sim%scene, sim%clock, sim%nodes, sim%sleepers, sim%budget, g(:, :, 1))
     end if
     if (sim%nodes%n_groups > 1) return
-    call restore_velocities(sim, g)
+    call restore_velocities(sim%scene, sim%nodes, sim%boundary, g)
     call sim%tool%move_to(sim%clock%time + dt)
     sim%exchange%speculative%is_possible = locally_accepted .and. can_speculate(sim)
   end subroutine apply_boundary
@@ -51,7 +51,7 @@ contains
     if (sim%nodes%n_groups > 1) then
       call resolve_body_contact(sim%world, sim%scene, sim%clock, sim%tool, sim%particles, &
                                 sim%nodes, sim%boundary, sim%pairs, sim%budget, dt, g)
-      call restore_velocities(sim, g)
+      call restore_velocities(sim%scene, sim%nodes, sim%boundary, g)
       call sim%tool%move_to(sim%clock%time + dt)
     end if
     sim%tool%max_face_temperature = 0.0_rp

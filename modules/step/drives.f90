@@ -7,9 +7,10 @@ module step_drives
   use base_text, only: str
   use base_world, only: world_t
   use mpm_stability, only: wave_speed
-  use particles_store, only: f_pos, f_temp
+  use particles_store, only: f_pos, f_temp, particles_t
   use simulation_parts, only: simulation_t
   use simulation_run, only: clock_t
+  use simulation_scene, only: scene_t
   use tools_monitor, only: halt
   use tools_sums, only: s_force, s_torque
   use tools_tool, only: tool_t
@@ -27,13 +28,13 @@ module step_drives
 contains
 
   !> Store the impulse sums of the tools before a step.
-  pure subroutine store_impulses(sim)
-    type(simulation_t), intent(inout) :: sim
+  pure subroutine store_impulses(tools)
+    type(tool_t), intent(inout) :: tools(:)
     integer :: k
 
-    do k = 1, size(sim%tool)
-      sim%tool(k)%monitor%last_angular_impulse = sim%tool(k)%sums(s_torque)
-      sim%tool(k)%drive%last_impulse = sim%tool(k)%sums(s_force:s_force + 2)
+    do k = 1, size(tools)
+      tools(k)%monitor%last_angular_impulse = tools(k)%sums(s_torque)
+      tools(k)%drive%last_impulse = tools(k)%sums(s_force:s_force + 2)
     end do
   end subroutine store_impulses
 
@@ -67,7 +68,7 @@ contains
       associate (tool => sim%tool(k), drive => sim%tool(k)%drive)
         phase = tool%motion%phase_at(sim%clock%time + dt)
         if (drive%is_force_controlled .and. (phase > drive%phase .or. is_last)) then
-          call warn_if_pin_alone(sim, tool, drive%phase)
+          call warn_if_pin_alone(sim%world, sim%scene, sim%particles, tool, drive%phase)
         end if
         call drive%enter_phase(phase)
         if (phase <= size(tool%motion%phase)) drive%feed = tool%motion%phase(phase)%feed
@@ -112,7 +113,9 @@ contains
             monitor%ended_early = .true.
             call tool%motion%end_phase(monitor%phase, t)
             call report_phase_end(sim%world, t, tool, monitor%phase, reason)
-            if (index(reason, 'UNTIL_FORCE') == 1) call warn_if_pin_alone(sim, tool, monitor%phase)
+            if (index(reason, 'UNTIL_FORCE') == 1) then
+              call warn_if_pin_alone(sim%world, sim%scene, sim%particles, tool, monitor%phase)
+            end if
           end if
         end if
         if (any(abs(monitor%load()) > [monitor%max_force, monitor%max_torque])) then
@@ -155,8 +158,10 @@ contains
 
   !> Collective, at the end of a force-controlled phase or of the run in one: warn if the pin alone
   !> carries the force.
-  subroutine warn_if_pin_alone(sim, tool, phase)
-    type(simulation_t), intent(in) :: sim
+  subroutine warn_if_pin_alone(world, scene, particles, tool, phase)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: phase
     real(rp) :: along, d, touches(1), normal(3), unused, x(3)
@@ -165,18 +170,18 @@ contains
     if (.not. tool%has_shape()) return
     if (tool%shape%pin_radius <= 0.0_rp) return
     touches = 0.0_rp                             ! 1: a particle touches the shoulder
-    do b = 1, sim%particles%nblk
-      do p = 1, sim%particles%count(b)
-        call tool%distance(sim%particles%ps(p, f_pos:f_pos + 2, b), d, normal, unused)
-        if (d > 0.5_rp*sim%scene%grid%longest()) cycle
+    do b = 1, particles%nblk
+      do p = 1, particles%count(b)
+        call tool%distance(particles%ps(p, f_pos:f_pos + 2, b), d, normal, unused)
+        if (d > 0.5_rp*scene%grid%longest()) cycle
         ! Nearest point on the tool surface, relative to the tool.
-        x = sim%particles%ps(p, f_pos:f_pos + 2, b) - d*normal - tool%position
+        x = particles%ps(p, f_pos:f_pos + 2, b) - d*normal - tool%position
         along = dot_product(x, tool%axes(:, 3))
         if (norm2(x - along*tool%axes(:, 3)) > 1.01_rp*tool%shape%pin_radius) touches = 1.0_rp
       end do
     end do
-    call sim%world%max(touches)
-    if (touches(1) > 0.0_rp .or. .not. sim%world%is_root()) return
+    call world%max(touches)
+    if (touches(1) > 0.0_rp .or. .not. world%is_root()) return
     call log_line('warning: phase '//str(phase)//" of tool '"//trim(tool%name)// &
                   "' ends with the pin alone in the metal: the shoulder does not touch. "// &
                   'Give the plunge a VELOCITY, more force or time, or hotter metal')

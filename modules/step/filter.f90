@@ -10,7 +10,7 @@ module step_filter
   use contact_body_pairs, only: join_increments
   use mpm_blocks, only: gather_lanes
   use particles_store, only: f_mass
-  use simulation_nodes, only: clear_nodes
+  use simulation_nodes, only: clear_nodes, nodes_t
   use simulation_parts, only: simulation_t
   use simulation_scene, only: transfer_xpic
   use transfer_scatter, only: p2g_values_block
@@ -32,37 +32,37 @@ contains
     integer :: k, power
 
     old = merge(1.0_rp, 0.0_rp, sim%scene%method%transfer == transfer_xpic)
-    call start_increment(sim, old, g, increment)
+    call start_increment(sim%nodes, old, g, increment)
     lost = 0.0_rp                                ! not used
     call clear_nodes(sim%nodes, mapped)
     do power = 2, sim%scene%method%order
       call map_and_return(sim, increment, mapped)
       do k = 1, sim%nodes%n_groups
-        call reflect(sim, r_filter, mapped(:, :, k), lost)
+        call reflect(sim%scene, sim%nodes, sim%boundary, r_filter, mapped(:, :, k), lost)
         call sim%nodes%halo%sum(sim%world, 8, sim%nodes%patch%nn, mapped(:, :, k))
       end do
-      call update_increment(sim, g, mapped, increment)
+      call update_increment(sim%nodes, g, mapped, increment)
       call release_held(sim, g, increment)
       if (sim%nodes%n_groups > 1) then
         call join_increments(sim%scene, sim%nodes, sim%pairs, g, increment)
       end if
       do k = 1, sim%nodes%n_groups
-        call restore(sim, r_filter, increment(:, :, k))
+        call restore(sim%scene, sim%nodes, sim%boundary, r_filter, increment(:, :, k))
       end do
-      call add_increment(sim, increment, g)
+      call add_increment(sim%nodes, increment, g)
     end do
   end subroutine filter_velocity
 
   !> Start the series, in lanes 5:7, with the new velocities less `old` times those before the step.
-  subroutine start_increment(sim, old, g, increment)
-    type(simulation_t), intent(in) :: sim
-    real(rp), intent(in) :: old, g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
-    real(rp), intent(inout) :: increment(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+  subroutine start_increment(nodes, old, g, increment)
+    type(nodes_t), intent(in) :: nodes
+    real(rp), intent(in) :: old, g(8, nodes%patch%nn, nodes%n_groups)
+    real(rp), intent(inout) :: increment(8, nodes%patch%nn, nodes%n_groups)
     integer :: i, k, r
 
-    do k = 1, sim%nodes%n_groups
-      do r = 1, sim%nodes%n_ranges
-        do i = sim%nodes%range(1, r), sim%nodes%range(2, r)
+    do k = 1, nodes%n_groups
+      do r = 1, nodes%n_ranges
+        do i = nodes%range(1, r), nodes%range(2, r)
           increment(5:7, i, k) = g(1:3, i, k) - old*g(5:7, i, k)
           increment(8, i, k) = 0.0_rp
         end do
@@ -103,16 +103,15 @@ contains
   end subroutine map_block
 
   !> Apply d' = (1 - S+ S) d to the increment, and clear `mapped`.
-  subroutine update_increment(sim, g, mapped, increment)
-    type(simulation_t), intent(in) :: sim
-    real(rp), intent(in) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
-    real(rp), intent(inout), dimension(8, sim%nodes%patch%nn, sim%nodes%n_groups) :: mapped, &
-      increment
+  subroutine update_increment(nodes, g, mapped, increment)
+    type(nodes_t), intent(in) :: nodes
+    real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
+    real(rp), intent(inout), dimension(8, nodes%patch%nn, nodes%n_groups) :: mapped, increment
     integer :: i, k, r
 
-    do k = 1, sim%nodes%n_groups
-      do r = 1, sim%nodes%n_ranges
-        do i = sim%nodes%range(1, r), sim%nodes%range(2, r)
+    do k = 1, nodes%n_groups
+      do r = 1, nodes%n_ranges
+        do i = nodes%range(1, r), nodes%range(2, r)
           if (g(8, i, k) > 0.0_rp) then
             increment(5:7, i, k) = increment(5:7, i, k) - mapped(1:3, i, k)/g(8, i, k)
           end if
@@ -123,15 +122,15 @@ contains
   end subroutine update_increment
 
   !> Add the increment to the nodal velocities.
-  subroutine add_increment(sim, increment, g)
-    type(simulation_t), intent(in) :: sim
-    real(rp), intent(in) :: increment(8, sim%nodes%patch%nn, sim%nodes%n_groups)
-    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+  subroutine add_increment(nodes, increment, g)
+    type(nodes_t), intent(in) :: nodes
+    real(rp), intent(in) :: increment(8, nodes%patch%nn, nodes%n_groups)
+    real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
     integer :: i, k, r
 
-    do k = 1, sim%nodes%n_groups
-      do r = 1, sim%nodes%n_ranges
-        do i = sim%nodes%range(1, r), sim%nodes%range(2, r)
+    do k = 1, nodes%n_groups
+      do r = 1, nodes%n_ranges
+        do i = nodes%range(1, r), nodes%range(2, r)
           g(1:3, i, k) = g(1:3, i, k) + increment(5:7, i, k)
         end do
       end do

@@ -12,12 +12,14 @@
 !> more. The empty part of the room around a particle bounds its pressure (mpm_constitutive).
 module step_room
   use base_kinds, only: i8, nlane, rp
+  use base_world, only: world_t
   use boundary_symmetry, only: r_momentum, reflect
   use mpm_blocks, only: gather_lanes, weights_of
-  use particles_store, only: f_jac, f_mass, f_plastic, f_pos
+  use particles_store, only: f_jac, f_mass, f_plastic, f_pos, particles_t
   use simulation_conditions, only: wall_t
-  use simulation_nodes, only: clear_nodes
-  use simulation_parts, only: simulation_t
+  use simulation_nodes, only: clear_nodes, nodes_t
+  use simulation_parts, only: boundary_t, simulation_t
+  use simulation_scene, only: scene_t
   use tools_tool, only: tool_t
   use transfer_gather, only: gather_block, lanes_t
   use transfer_scatter, only: p2g_values_block
@@ -51,79 +53,83 @@ contains
       call clear_nodes(sim%nodes, g)
       call clear_nodes(sim%nodes, mark)
       do i = 1, sim%particles%n_mapped   ! including sleepers that share nodes with awake particles
-        b = turn_of(sim, i)
-        call add_volumes(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
-                         sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, 1))
+        b = turn_of(sim%particles, i)
+        call add_volumes(sim%scene, sim%nodes, sim%particles%body(b), sim%particles%count(b), &
+                         sim%particles%nf, sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, 1))
       end do
       call find_excess(sim, g(:, :, 1))
       do i = 1, sim%particles%n_awake
         b = sim%particles%turn(i)
-        call find_voids(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
-                        sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, 1))
+        call find_voids(sim%scene, sim%nodes, sim%particles%body(b), sim%particles%count(b), &
+                        sim%particles%nf, sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, 1))
       end do
-      if (sim%world%all_true(.not. has_stirred(sim))) return
+      if (sim%world%all_true(.not. has_stirred(sim%scene, sim%particles))) return
       do i = 1, sim%particles%n_mapped
-        b = turn_of(sim, i)
-        call mark_surface(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
-                          sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, 1), mark(:, :, 1))
+        b = turn_of(sim%particles, i)
+        call mark_surface(sim%scene, sim%nodes, sim%particles%body(b), sim%particles%count(b), &
+                          sim%particles%nf, sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, 1), &
+                          mark(:, :, 1))
       end do
-      call free_surface(sim, g(:, :, 1), mark(:, :, 1))
+      call free_surface(sim%world, sim%scene, sim%nodes, sim%boundary, g(:, :, 1), mark(:, :, 1))
       do i = 1, sim%particles%n_awake
-        b = turn_of(sim, i)
-        if (.not. is_stirred(sim, b)) cycle
-        call move_block(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
-                        sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, 1))
+        b = turn_of(sim%particles, i)
+        if (.not. is_stirred(sim%scene, sim%particles, b)) cycle
+        call move_block(sim%scene, sim%tool, sim%nodes, sim%particles%body(b), &
+                        sim%particles%count(b), sim%particles%nf, sim%particles%ps(:, :, b), &
+                        sim%nodes%rec, g(:, :, 1))
       end do
     end associate
     sim%clock%displacement = sim%clock%displacement + most*sim%scene%grid%longest()
   end subroutine keep_room
 
   !> Block `i` of those that contribute mass, awake ones in their order.
-  pure integer function turn_of(sim, i) result(b)
-    type(simulation_t), intent(in) :: sim
+  pure integer function turn_of(particles, i) result(b)
+    type(particles_t), intent(in) :: particles
     integer, intent(in) :: i
 
     b = i
-    if (i <= sim%particles%n_awake) b = sim%particles%turn(i)
+    if (i <= particles%n_awake) b = particles%turn(i)
   end function turn_of
 
   !> True if this rank has stirred metal that is awake.
-  pure logical function has_stirred(sim)
-    type(simulation_t), intent(in) :: sim
+  pure logical function has_stirred(scene, particles)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
     integer :: i
 
     has_stirred = .false.
-    do i = 1, sim%particles%n_awake
-      has_stirred = is_stirred(sim, sim%particles%turn(i))
+    do i = 1, particles%n_awake
+      has_stirred = is_stirred(scene, particles, particles%turn(i))
       if (has_stirred) return
     end do
   end function has_stirred
 
   !> True if block `b` has stirred metal.
-  pure logical function is_stirred(sim, b)
-    type(simulation_t), intent(in) :: sim
+  pure logical function is_stirred(scene, particles, b)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
     integer, intent(in) :: b
 
-    associate (body => sim%scene%body(sim%particles%body(b)))
-      is_stirred = .not. body%is_rigid() .and. allocated(sim%scene%material(body%material)%flow)
+    associate (body => scene%body(particles%body(b)))
+      is_stirred = .not. body%is_rigid() .and. allocated(scene%material(body%material)%flow)
     end associate
-    if (is_stirred) is_stirred = any(sim%particles%ps(:sim%particles%count(b), f_plastic, b) &
-                                     > stirred)
+    if (is_stirred) is_stirred = any(particles%ps(:particles%count(b), f_plastic, b) > stirred)
   end function is_stirred
 
   !> Add the volumes of a block to lane 1 of the nodes.
-  subroutine add_volumes(sim, body, n, nf, ps, rec, g)
-    type(simulation_t), intent(in) :: sim
+  subroutine add_volumes(scene, nodes, body, n, nf, ps, rec, g)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: body, n, nf
     real(rp), intent(in) :: ps(nlane, nf)
-    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, sim%nodes%patch%nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nodes%patch%nn)
     integer :: first(nlane)
     real(rp) :: w(nlane, 18)
 
-    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
+    call weights_of(scene, nodes, body, nf, ps, w, first)
     rec(1:4, 1, :) = 0.0_rp
-    rec(1, 1, :) = ps(:, f_mass)*ps(:, f_jac)/sim%scene%material(sim%scene%body(body)%material)%rho
-    call p2g_values_block(n, w, first, rec, sim%nodes%patch%stride, sim%nodes%patch%nn, g)
+    rec(1, 1, :) = ps(:, f_mass)*ps(:, f_jac)/scene%material(scene%body(body)%material)%rho
+    call p2g_values_block(n, w, first, rec, nodes%patch%stride, nodes%patch%nn, g)
   end subroutine add_volumes
 
   !> Collective. From the volumes of the particles: the excess of the fill over 1, and the open
@@ -135,7 +141,7 @@ contains
     integer :: i, k, r
 
     lost = 0.0_rp
-    call reflect(sim, r_momentum, g, lost)
+    call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g, lost)
     call sim%nodes%halo%sum(sim%world, 8, sim%nodes%patch%nn, g)
     associate (planes => sim%boundary%mirrors%plane)
       do i = 1, size(planes, 2)
@@ -153,17 +159,18 @@ contains
         g(l_open, i) = merge(1.0_rp, 0.0_rp, excess < open_fill - 1.0_rp)
       end do
     end do
-    call mirror(sim, g)
+    call mirror(sim%nodes, sim%boundary, g)
   end subroutine find_excess
 
   !> Set the nodes behind walls to the values of their mirror nodes.
-  pure subroutine mirror(sim, g)
-    type(simulation_t), intent(in) :: sim
-    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
+  pure subroutine mirror(nodes, boundary, g)
+    type(nodes_t), intent(in) :: nodes
+    type(boundary_t), intent(in) :: boundary
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)
     integer :: i
 
-    associate (pair => sim%boundary%mirrors%pair)
-      do i = sim%boundary%mirrors%n_pairs, 1, -1
+    associate (pair => boundary%mirrors%pair)
+      do i = boundary%mirrors%n_pairs, 1, -1
         g(:, pair(1, i)) = g(:, pair(2, i))
       end do
     end associate
@@ -171,51 +178,55 @@ contains
 
   !> Store the empty part of the room around the particles of a block, beyond what disorder
   !> explains; negative where the metal is packed.
-  subroutine find_voids(sim, body, n, nf, ps, rec, g)
-    type(simulation_t), intent(in) :: sim
+  subroutine find_voids(scene, nodes, body, n, nf, ps, rec, g)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: body, n, nf
     real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
-    real(rp), intent(in) :: g(8, sim%nodes%patch%nn)
+    real(rp), intent(in) :: g(8, nodes%patch%nn)
     integer :: first(nlane)
     real(rp) :: u(nlane, 1), w(nlane, 18)
 
-    call gather_lanes(sim%scene, sim%nodes, body, n, nf, ps, l_excess, 1, g, rec, w, first, u)
-    ps(:n, sim%scene%layout%void) = sign(min(1.0_rp, max(0.0_rp, abs(u(:n, 1)) - disorder)), &
-                                         -u(:n, 1))
+    call gather_lanes(scene, nodes, body, n, nf, ps, l_excess, 1, g, rec, w, first, u)
+    ps(:n, scene%layout%void) = sign(min(1.0_rp, max(0.0_rp, abs(u(:n, 1)) - disorder)), -u(:n, 1))
   end subroutine find_voids
 
   !> Mark the nodes of the particles that reach an open node.
-  subroutine mark_surface(sim, body, n, nf, ps, rec, g, mark)
-    type(simulation_t), intent(in) :: sim
+  subroutine mark_surface(scene, nodes, body, n, nf, ps, rec, g, mark)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: body, n, nf
-    real(rp), intent(in) :: ps(nlane, nf), g(8, sim%nodes%patch%nn)
-    real(rp), intent(inout) :: rec(8, 4, nlane), mark(8, sim%nodes%patch%nn)
+    real(rp), intent(in) :: ps(nlane, nf), g(8, nodes%patch%nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane), mark(8, nodes%patch%nn)
     integer :: first(nlane)
     real(rp) :: u(nlane, 1), w(nlane, 18)
 
-    call gather_lanes(sim%scene, sim%nodes, body, n, nf, ps, l_open, 1, g, rec, w, first, u)
+    call gather_lanes(scene, nodes, body, n, nf, ps, l_open, 1, g, rec, w, first, u)
     if (.not. any(u(:n, 1) > 0.0_rp)) return
     rec(1:4, 1, :) = 0.0_rp
     rec(1, 1, :n) = merge(1.0_rp, 0.0_rp, u(:n, 1) > 0.0_rp)
-    call p2g_values_block(n, w, first, rec, sim%nodes%patch%stride, sim%nodes%patch%nn, mark)
+    call p2g_values_block(n, w, first, rec, nodes%patch%stride, nodes%patch%nn, mark)
   end subroutine mark_surface
 
   !> Collective. Marked nodes attract nothing, and repel only what disorder does not explain.
-  subroutine free_surface(sim, g, mark)
-    type(simulation_t), intent(inout) :: sim
-    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn), mark(8, sim%nodes%patch%nn)
-    real(rp) :: lost(8, size(sim%scene%symmetry))
+  subroutine free_surface(world, scene, nodes, boundary, g, mark)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(inout) :: nodes
+    type(boundary_t), intent(in) :: boundary
+    real(rp), intent(inout) :: g(8, nodes%patch%nn), mark(8, nodes%patch%nn)
+    real(rp) :: lost(8, size(scene%symmetry))
     integer :: i, r
 
     lost = 0.0_rp
-    call reflect(sim, r_momentum, mark, lost)
-    call sim%nodes%halo%sum(sim%world, 8, sim%nodes%patch%nn, mark)
-    do r = 1, sim%nodes%n_ranges
-      do i = sim%nodes%range(1, r), sim%nodes%range(2, r)
+    call reflect(scene, nodes, boundary, r_momentum, mark, lost)
+    call nodes%halo%sum(world, 8, nodes%patch%nn, mark)
+    do r = 1, nodes%n_ranges
+      do i = nodes%range(1, r), nodes%range(2, r)
         if (mark(1, i) > 0.0_rp) g(l_excess, i) = max(0.0_rp, g(l_excess, i) - disorder)
       end do
     end do
-    call mirror(sim, g)
+    call mirror(nodes, boundary, g)
   end subroutine free_surface
 
   !> Part of the room of a node that a tool covers, with the weights of the node: the mean over
@@ -245,29 +256,31 @@ contains
   end function covered_part
 
   !> Move the stirred particles of a block.
-  subroutine move_block(sim, body, n, nf, ps, rec, g)
-    type(simulation_t), intent(in) :: sim
+  subroutine move_block(scene, tools, nodes, body, n, nf, ps, rec, g)
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tools(:)
+    type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: body, n, nf
     real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
-    real(rp), intent(in) :: g(8, sim%nodes%patch%nn)
+    real(rp), intent(in) :: g(8, nodes%patch%nn)
     real(rp) :: h(3), none(nlane, 0), slope(nlane, 3), spacing(3), step(3), v(nlane, 1)
     real(rp) :: w(nlane, 18)
     integer :: first(nlane), k, p
 
-    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
+    call weights_of(scene, nodes, body, nf, ps, w, first)
     call gather_block(lanes_t(sloped=l_excess, n_sloped=1, plain=1, n_plain=0), n, w, first, &
-                      sim%nodes%patch%stride, sim%nodes%patch%nn, g, rec, v, slope, none)
+                      nodes%patch%stride, nodes%patch%nn, g, rec, v, slope, none)
     do p = 1, n
       if (ps(p, f_plastic) <= stirred) cycle
-      h = sim%nodes%patch%edges_at(ps(p, f_pos:f_pos + 2))
+      h = nodes%patch%edges_at(ps(p, f_pos:f_pos + 2))
       step = -h*max(-most, min(most, diffusivity*h*slope(p, :)))
-      spacing = sim%scene%spacing_of(body, ps(p, :))
-      do k = 1, size(sim%tool)
-        call stop_at(sim%tool(k), ps(p, f_pos:f_pos + 2), &
-                     0.5_rp*ps(p, sim%scene%layout%surface_offset)*maxval(spacing), step)
+      spacing = scene%spacing_of(body, ps(p, :))
+      do k = 1, size(tools)
+        call stop_at(tools(k), ps(p, f_pos:f_pos + 2), &
+                     0.5_rp*ps(p, scene%layout%surface_offset)*maxval(spacing), step)
       end do
-      do k = 1, size(sim%scene%wall)
-        call stop_at_wall(sim%scene%wall(k), ps(p, f_pos:f_pos + 2), spacing, step)
+      do k = 1, size(scene%wall)
+        call stop_at_wall(scene%wall(k), ps(p, f_pos:f_pos + 2), spacing, step)
       end do
       ps(p, f_pos:f_pos + 2) = ps(p, f_pos:f_pos + 2) + step
     end do

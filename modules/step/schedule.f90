@@ -8,10 +8,10 @@ module step_schedule
   use base_kinds, only: nlane, rp
   use base_timers, only: ph_nodes, ph_to_particles
   use mpm_sweeps, only: blocks_to_particles
-  use particles_store, only: far_bit, set_bit
+  use particles_store, only: far_bit, particles_t, set_bit
   use simulation_parts, only: simulation_t
-  use simulation_run, only: outcome_t
-  use simulation_scene, only: scheme_usl
+  use simulation_run, only: budget_t, exchange_t, outcome_t
+  use simulation_scene, only: scene_t, scheme_usl
   use step_acceptance, only: finish_acceptance
   implicit none (type, external)
   private
@@ -29,34 +29,36 @@ module step_schedule
 contains
 
   !> Order in which awake blocks are updated from the grid: those far from all tools first.
-  subroutine list_to_particles_order(sim, is_sorted_anew)
-    type(simulation_t), intent(inout) :: sim
+  subroutine list_to_particles_order(scene, particles, exchange, is_sorted_anew)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(inout) :: particles
+    type(exchange_t), intent(inout) :: exchange
     logical, intent(in) :: is_sorted_anew
-    logical :: is_far(sim%particles%n_awake)
+    logical :: is_far(particles%n_awake)
     real(rp) :: least
     integer :: b
 
-    do b = 1, sim%particles%n_awake
-      least = far_distance*sim%scene%grid%longest() &
-        + sim%scene%body(sim%particles%body(b))%longest_diagonal()
-      associate (tag => sim%particles%tag(1, b))
-        if (is_sorted_anew) tag = set_bit(tag, far_bit, all(sim%particles%clearance(:, b) > least))
+    do b = 1, particles%n_awake
+      least = far_distance*scene%grid%longest() + scene%body(particles%body(b))%longest_diagonal()
+      associate (tag => particles%tag(1, b))
+        if (is_sorted_anew) tag = set_bit(tag, far_bit, all(particles%clearance(:, b) > least))
         is_far(b) = btest(tag, far_bit)
       end associate
     end do
-    sim%particles%n_far = count(is_far)
-    sim%particles%order = [pack([(b, b=1, sim%particles%n_awake)], is_far), &
-                        pack([(b, b=1, sim%particles%n_awake)], .not. is_far)]
-    sim%exchange%speculative%n_done = 0
+    particles%n_far = count(is_far)
+    particles%order = [pack([(b, b=1, particles%n_awake)], is_far), &
+                       pack([(b, b=1, particles%n_awake)], .not. is_far)]
+    exchange%speculative%n_done = 0
   end subroutine list_to_particles_order
 
   !> Save the state to restore after a refusal: the budget; particles are saved by `save_block`.
-  subroutine save_state(sim)
-    type(simulation_t), intent(inout) :: sim
+  subroutine save_state(exchange, budget)
+    type(exchange_t), intent(inout) :: exchange
+    type(budget_t), intent(in) :: budget
 
-    sim%exchange%speculative%n_done = 0
-    sim%exchange%speculative%is_possible = .false.
-    sim%exchange%speculative%budget = sim%budget
+    exchange%speculative%n_done = 0
+    exchange%speculative%is_possible = .false.
+    exchange%speculative%budget = budget
   end subroutine save_state
 
   !> True if far blocks may be updated before the acceptance, with the tools at their new positions:
@@ -77,30 +79,32 @@ contains
 
   !> Save the particles of the next block before its update in a step that may be refused; false if
   !> there is none, or no storage left.
-  logical function save_block(sim) result(is_saved)
-    type(simulation_t), intent(inout) :: sim
+  logical function save_block(particles, exchange) result(is_saved)
+    type(particles_t), intent(in) :: particles
+    type(exchange_t), intent(inout) :: exchange
 
-    associate (s => sim%exchange%speculative)
-      if (.not. allocated(s%saved)) allocate (s%saved(nlane, sim%particles%nf, max_saved))
-      is_saved = s%n_done < min(sim%particles%n_far, max_saved)
-      if (is_saved) s%saved(:, :, s%n_done + 1) = sim%particles%ps(:, :, &
-        sim%particles%order(s%n_done + 1))
+    associate (s => exchange%speculative)
+      if (.not. allocated(s%saved)) allocate (s%saved(nlane, particles%nf, max_saved))
+      is_saved = s%n_done < min(particles%n_far, max_saved)
+      if (is_saved) s%saved(:, :, s%n_done + 1) = particles%ps(:, :, particles%order(s%n_done + 1))
     end associate
   end function save_block
 
   !> Undo all updates since `save_state`.
-  subroutine roll_back(sim, outcome)
-    type(simulation_t), intent(inout) :: sim
+  subroutine roll_back(particles, exchange, budget, outcome)
+    type(particles_t), intent(inout) :: particles
+    type(exchange_t), intent(inout) :: exchange
+    type(budget_t), intent(inout) :: budget
     type(outcome_t), intent(inout) :: outcome
     integer :: i
 
-    associate (s => sim%exchange%speculative)
+    associate (s => exchange%speculative)
       if (s%n_done > 0) outcome = outcome_t()      ! USL: the maxima were empty before the updates
       do i = 1, s%n_done
-        sim%particles%ps(:, :, sim%particles%order(i)) = s%saved(:, :, i)
+        particles%ps(:, :, particles%order(i)) = s%saved(:, :, i)
       end do
       s%n_done = 0
-      sim%budget = s%budget
+      budget = s%budget
     end associate
   end subroutine roll_back
 
@@ -116,14 +120,14 @@ contains
     if (sim%exchange%speculative%is_possible) then
       call sim%timer%lap(ph_nodes)
       do while (.not. sim%exchange%acceptance%is_done())
-        if (.not. save_block(sim)) exit
+        if (.not. save_block(sim%particles, sim%exchange)) exit
         call advance_next(sim, dt, g(:, :, 1), outcome)
       end do
       call sim%timer%lap(ph_to_particles)
     end if
-    call finish_acceptance(sim, dt, is_refused)
+    call finish_acceptance(sim%scene, sim%clock, sim%step, sim%exchange, dt, is_refused)
     if (is_refused .or. sim%step%is_broken) then
-      call roll_back(sim, outcome)
+      call roll_back(sim%particles, sim%exchange, sim%budget, outcome)
     end if
   end subroutine accept_step
 

@@ -5,13 +5,14 @@
 module step_to_grid
   use base_kinds, only: rp
   use base_timers, only: ph_exchange, ph_to_grid
+  use base_world, only: world_t
   use boundary_symmetry, only: shared_part, reflect, interior_part, r_momentum
   use mpm_fbar, only: clear_volume, sum_volume
   use mpm_sweeps, only: blocks_to_grid
   use mpm_tractions, only: tractions_to_grid
-  use simulation_nodes, only: clear_nodes
-  use simulation_parts, only: simulation_t
-  use simulation_scene, only: scheme_usl
+  use simulation_nodes, only: clear_nodes, nodes_t
+  use simulation_parts, only: boundary_t, simulation_t
+  use simulation_scene, only: scene_t, scheme_usl
   use sleep_held_layer, only: add_layer
   implicit none (type, external)
   private
@@ -36,7 +37,7 @@ contains
     call blocks_to_grid(sim, 1, sim%particles%n_awake, g)
     call layer_and_tractions_to_grid(sim, g)
     call sim%timer%lap(ph_to_grid)
-    call sum_nodes(sim, g)
+    call sum_nodes(sim%world, sim%scene, sim%nodes, sim%boundary, g)
     if (sim%scene%method%scheme == scheme_usl) call sum_volume(sim%world, sim%scene, sim%nodes)
     call sim%timer%lap(ph_exchange)
   end subroutine particles_to_grid
@@ -52,7 +53,8 @@ contains
       lost = 0.0_rp
       call blocks_to_grid(sim, 1, sim%particles%n_border, g)
       call layer_and_tractions_to_grid(sim, g)
-      call reflect(sim, r_momentum, g(:, :, 1), lost, own, shared_part)
+      call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, 1), lost, own, &
+                   shared_part)
       call sim%timer%lap(ph_to_grid)
       call sim%nodes%halo%post(sim%world, 8, sim%nodes%patch%nn, g(:, :, 1), sim%nodes%volume)
       call sim%timer%lap(ph_exchange)
@@ -60,7 +62,8 @@ contains
         call blocks_to_grid(sim, b, min(b + blocks_per_test - 1, sim%particles%n_awake), g)
         call sim%nodes%halo%progress_messages()
       end do
-      call reflect(sim, r_momentum, g(:, :, 1), lost, own, interior_part)
+      call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, 1), lost, own, &
+                   interior_part)
       call sim%timer%lap(ph_to_grid)
       call sim%nodes%halo%finish(sim%world, 8, sim%nodes%patch%nn, g(:, :, 1), sim%nodes%volume)
       call sim%timer%lap(ph_exchange)
@@ -72,23 +75,26 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
 
-    if (sim%scene%method%sleep%is_on) call add_layer(sim, g(:, :, 1))
+    if (sim%scene%method%sleep%is_on) call add_layer(sim%nodes, sim%sleepers, g(:, :, 1))
     if (sim%scene%has_tractions()) then
       call tractions_to_grid(sim, g)
     end if
   end subroutine layer_and_tractions_to_grid
 
   !> Collective. Reflect the records at symmetry planes, sum those of shared nodes over the ranks.
-  subroutine sum_nodes(sim, g)
-    type(simulation_t), intent(inout) :: sim
-    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+  subroutine sum_nodes(world, scene, nodes, boundary, g)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(inout) :: nodes
+    type(boundary_t), intent(inout) :: boundary
+    real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
     integer :: k
 
-    sim%boundary%mirrors%lost = 0.0_rp
-    do k = 1, sim%nodes%n_groups
-      call reflect(sim, r_momentum, g(:, :, k), sim%boundary%mirrors%lost, &
-                   sim%boundary%mirrors%mass_behind(:, k))
-      call sim%nodes%halo%sum(sim%world, 8, sim%nodes%patch%nn, g(:, :, k))
+    boundary%mirrors%lost = 0.0_rp
+    do k = 1, nodes%n_groups
+      call reflect(scene, nodes, boundary, r_momentum, g(:, :, k), boundary%mirrors%lost, &
+                   boundary%mirrors%mass_behind(:, k))
+      call nodes%halo%sum(world, 8, nodes%patch%nn, g(:, :, k))
     end do
   end subroutine sum_nodes
 

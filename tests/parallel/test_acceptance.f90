@@ -60,7 +60,7 @@ contains
     logical :: may_stand
 
     call post_acceptance(sim, taken, sim%nodes%g, may_stand)
-    call finish_acceptance(sim, taken, so)
+    call finish_acceptance(sim%scene, sim%clock, sim%step, sim%exchange, taken, so)
     if (present(stands)) stands = may_stand
   end function is_refused
 
@@ -306,7 +306,7 @@ contains
       sim%step%attempted_dt = dt
       taken = dt
       if (k == 3) taken = 1.0e-7_rp
-      call save_state(sim)
+      call save_state(sim%exchange, sim%budget)
       call particles_to_grid(sim, sim%nodes%g)
       call update_nodes(sim%scene, sim%clock, sim%nodes, taken, sim%nodes%g)
       if (world%rank == world%size - 1) then
@@ -349,7 +349,7 @@ contains
     integer :: k
 
     do k = 1, 2
-      call expect('there is another block', save_block(sim))
+      call expect('there is another block', save_block(sim%particles, sim%exchange))
       sim%exchange%speculative%n_done = k
       call blocks_to_particles(sim, k, k, taken, sim%nodes%g, sim%nodes%g, taken, outcome)
     end do

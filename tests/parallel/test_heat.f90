@@ -37,7 +37,7 @@ contains
         sim%particles%ps(p, f_temp, b) = 300.0_rp + 700.0_rp*noise(tag_id(sim%particles%tag(p, b)))
       end do
     end do
-    dt = conduction_step(sim)
+    dt = conduction_step(sim%scene, sim%clock)
     call expect_close('conduction step', dt, 0.15_rp*h*h*8960.0_rp*386.0_rp/391.0_rp)
     before = content(sim)
     do step = 1, 200
@@ -67,7 +67,7 @@ contains
     end do
     call world%sum(given)
     do step = 1, 5
-      call conduct_for(sim, conduction_step(sim))
+      call conduct_for(sim, conduction_step(sim%scene, sim%clock))
     end do
     spent = .true.
     do b = 1, sim%particles%nblk
@@ -118,7 +118,7 @@ contains
     steps = 0
     shortest = end
     do while (t < end*(1.0_rp - 1.0e-9_rp))
-      dt = min(conduction_step(sim), end - t)
+      dt = min(conduction_step(sim%scene, sim%clock), end - t)
       call conduct_for(sim, dt)
       if (t + dt < end*(1.0_rp - 1.0e-9_rp)) shortest = min(shortest, dt)
       t = t + dt
@@ -147,7 +147,7 @@ contains
         end associate
       end do
     end do
-    dt = conduction_step(sim)
+    dt = conduction_step(sim%scene, sim%clock)
     steps = ceiling(1.0_rp/(kappa*(pi/length)**2*dt))
     amplitude = content(sim, length)
     do step = 1, steps
@@ -172,7 +172,7 @@ contains
     end do
     before = content(sim)
     do step = 1, 100
-      call conduct_for(sim, conduction_step(sim))
+      call conduct_for(sim, conduction_step(sim%scene, sim%clock))
     end do
     lost = sim%budget%sums(e_film)
     call world%sum(lost)
@@ -194,7 +194,7 @@ contains
       sim%particles%ps(:, f_temp, b) = 400.0_rp
     end do
     before = content(sim)
-    dt = conduction_step(sim)
+    dt = conduction_step(sim%scene, sim%clock)
     t = 0.0_rp
     do step = 1, 400
       call conduct_for(sim, dt)

@@ -211,7 +211,7 @@ contains
         alone(k) = tool%drive
       end associate
     end do
-    call store_impulses(sim)
+    call store_impulses(sim%tool)
     do k = 1, 3
       call random_number(load)
       load = step*1.0e3_rp*(k + load)

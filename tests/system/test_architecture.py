@@ -71,9 +71,19 @@ def whole_simulation(tree):
          "    type(probes_t), intent(inout) :: probes\n    type(simulation_t), intent(inout) :: sim\n")
 
 
+def fourth_part(tree):
+    edit(tree, "modules/boundary/symmetry.f90", "    logical, allocatable :: used(:)\n",
+         "    logical, allocatable :: used(:)\n    type(probes_t) :: probes\n")
+
+
+def carries_no_more(tree):
+    edit(tree, "modules/run/debris.f90", "type(simulation_t)", "type(probes_t)")
+
+
 def many_arguments(tree):
     more = ", ".join(f"more{k}" for k in range(architecture.MOST_ARGUMENTS))
-    edit(tree, "modules/step/schedule.f90", "subroutine save_state(sim)", f"subroutine save_state(sim, {more})")
+    edit(tree, "modules/step/schedule.f90", "subroutine save_state(exchange, budget)",
+         f"subroutine save_state(exchange, budget, {more})")
 
 
 def deeper(tree):
@@ -121,7 +131,8 @@ def layer_without_content(tree):
 SPOILED = {
     "lines": [(long_file, f"lines, more than {architecture.MOST_LINES}"), (use_upwards, "simulation has no USES io"),
               (whole_simulation, "takes the whole simulation"),
-              (many_arguments, f"save_state has {1 + architecture.MOST_ARGUMENTS} arguments"),
+              (many_arguments, f"save_state has {2 + architecture.MOST_ARGUMENTS} arguments"),
+              (fourth_part, "list_mirrors takes 4 parts of the simulation"), (carries_no_more, "no procedure of run_debris takes"),
               (staircase, "a comment behind code goes on"), (unused_layer, "hooks is linked to tools,"), (unused_library, "particles is linked to hdf5::fortran,"),
               (unused_by_a_test, "test_sleep is linked to input,"),
               (old_table, "the table of the layers is out of date"),
