@@ -44,9 +44,9 @@ module contact_tool_impulses
   use simulation_nodes, only: min_node_inertia, min_node_mass, nodes_t
   use simulation_parts, only: simulation_t
   use simulation_scene, only: scene_t, scheme_usl
-  use simulation_tool_lists, only: add_values, load_return, m_last_impulse, m_pushed, m_touching, &
-                                   n_both, n_masses, n_values, tool_contact_t, v_coulomb, &
-                                   v_max_friction, v_normal, v_stick, v_transition
+  use simulation_tool_lists, only: add_values, impulse_of, load_return, m_last_impulse, m_pushed, &
+                                   m_touching, n_both, n_masses, n_values, tool_contact_t, &
+                                   v_coulomb, v_max_friction, v_normal, v_stick, v_transition
   use tools_law, only: friction_law_t, of_slip
   use tools_tool, only: rigid_t, tool_t
   implicit none (type, external)
@@ -217,7 +217,7 @@ contains
     type(simulation_t), intent(inout) :: sim
     type(tool_t), intent(in) :: tool
     real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
-    real(rp) :: counted, kept, least, part, push, returned, s(5), values(n_values)
+    real(rp) :: counted, kept, lasting, least, part, push, returned, s(5), slip(3), values(n_values)
     integer :: e, p
 
     part = merge(1.0_rp, impulse_fraction_remapped, sim%scene%method%scheme == scheme_usl)
@@ -233,21 +233,21 @@ contains
           s(:2) = max(min_load_return, s(:2))
           t%stick_impulse = 0.0_rp                            ! no friction on molten metal
           returned = dot_product(s(3:), t%normal)
-          if (t%max_friction > molten_limit) t%stick_impulse = t%last_friction &
-            - t%mass/s(1)*(t%slip + s(3:) - returned*t%normal)
+          slip = t%slip + s(3:) - returned*t%normal
+          if (t%max_friction > molten_limit) t%stick_impulse = t%last_friction - t%mass/s(1)*slip
           push = part*t%mass/s(2)
           t%lasting_impulse = 0.0_rp
           if (t%closing_velocity > 0.0_rp) then
             kept = 1.0_rp
-            if (t%closing_velocity <= t%approach_velocity) kept = exp(-dt &
-              /relaxation_time(sim%clock, t))
-            t%lasting_impulse = max(0.0_rp, kept*(t%normal_impulse - push*returned) &
-                                    + push*t%approach_velocity)
-            t%lasting_impulse = min(t%max_normal_impulse, t%lasting_impulse)
+            if (t%closing_velocity <= t%approach_velocity) then
+              kept = exp(-dt/relaxation_time(sim%clock, t))
+            end if
+            lasting = kept*(t%normal_impulse - push*returned) + push*t%approach_velocity
+            t%lasting_impulse = min(t%max_normal_impulse, max(0.0_rp, lasting))
             t%normal_impulse = max(0.0_rp, t%normal_impulse + push*(t%closing_velocity - returned))
           end if
-          t%normal_impulse = max(min(t%normal_impulse, t%max_normal_impulse), push &
-                                 *t%edge_closing_velocity)
+          t%normal_impulse = min(t%normal_impulse, t%max_normal_impulse)
+          t%normal_impulse = max(t%normal_impulse, push*t%edge_closing_velocity)
           values(v_normal:v_normal + 2) = t%normal_impulse*t%normal
           values(v_stick:v_stick + 2) = t%stick_impulse
           counted = 1.0_rp
@@ -256,8 +256,10 @@ contains
             counted = 1.0_rp - kept
             t%coulomb_impulse = kept*dt*t%coulomb_impulse
           end if
-          if (tool%friction_table%of == of_slip) call find_sliding_limits(tool, t%coulomb_impulse, &
-            counted, norm2(t%stick_impulse)*s(1)/t%mass, t)
+          if (tool%friction_table%of == of_slip) then
+            call find_sliding_limits(tool, t%coulomb_impulse, counted, &
+                                     norm2(t%stick_impulse)*s(1)/t%mass, t)
+          end if
           t%coulomb_impulse = t%coulomb_impulse + counted*t%coulomb_factor*t%normal_impulse
           if (t%max_friction <= molten_limit) t%coulomb_impulse = 0.0_rp
           values(v_coulomb) = t%coulomb_impulse
@@ -281,9 +283,10 @@ contains
     least = min_node_inertia(sim%scene, sim%clock)
     associate (t => sim%contact)
       do e = 1, t%n_nodes
-        t%friction_fraction(e) = friction_fraction_of(law, t%values(:n_values, e))
-        impulse = t%values(v_normal:v_normal + 2, e) + t%friction_fraction(e) &
-          *t%values(v_stick:v_stick + 2, e)
+        associate (front => t%values(:n_values, e), fraction => t%friction_fraction(e))
+          fraction = friction_fraction_of(law, front)
+          impulse = impulse_of(front, fraction)
+        end associate
         if (t%width > n_values) then
           associate (behind => t%values(n_values + 1:n_both, e))
             t%friction_fraction_behind(e) = friction_fraction_of(law, behind)

@@ -217,8 +217,9 @@ contains
                    strength => layer%stress(particle(i)%candidate))
           face = product(t%spacing)/norm2(t%normal*t%spacing)
           shear = dt*face*max(0.0_rp, strength)
-          if (t%covered_fraction < 1.0_rp) t%max_normal_impulse = t%covered_fraction &
-            *edge_pressure*shear
+          if (t%covered_fraction < 1.0_rp) then
+            t%max_normal_impulse = t%covered_fraction*edge_pressure*shear
+          end if
           shear = t%covered_fraction*shear
           t%shear_impulse = max(molten_limit, shear)
           if (law%has_no_shear_limit() .and. shear > 0.0_rp) t%shear_impulse = no_limit
@@ -267,7 +268,7 @@ contains
     real(rp), intent(in) :: speed      !! slip velocity without friction [m/s]
     type(contact_particle_t), intent(inout) :: t
     integer, parameter :: n_bisections = 40
-    real(rp) :: least, most, mu(nlane), u(nlane), unused(nlane)
+    real(rp) :: coulomb, least, most, mu(nlane), sliding, u(nlane), unused(nlane)
     integer :: i
 
     least = 0.0_rp
@@ -277,8 +278,10 @@ contains
       u = 0.5_rp*(least + most)
       call tool%friction_table%coefficients(1, unused, unused, u, mu)
       call find_friction_limits(tool%friction_law, mu(1), t)
-      if (speed*(1.0_rp - tool%friction_law%friction(t%stick_impulse, kept + counted &
-            *t%coulomb_factor*t%normal_impulse, t%max_friction, t%transition)) > u(1)) then
+      coulomb = kept + counted*t%coulomb_factor*t%normal_impulse
+      sliding = 1.0_rp - tool%friction_law%friction(t%stick_impulse, coulomb, t%max_friction, &
+                                                    t%transition)
+      if (speed*sliding > u(1)) then
         least = u(1)
       else
         most = u(1)

@@ -14,8 +14,8 @@ module contact_tool_walls
   use simulation_parts, only: boundary_t, simulation_t
   use simulation_run, only: e_wall
   use simulation_scene, only: scene_t
-  use simulation_tool_lists, only: m_last_impulse, n_both, n_masses, n_values, tool_contact_t, &
-                                   v_normal, v_stick
+  use simulation_tool_lists, only: impulse_of, m_last_impulse, n_both, n_masses, n_values, &
+                                   tool_contact_t, v_normal, v_stick
   use tools_tool, only: rigid_t
   implicit none (type, external)
   private
@@ -185,8 +185,9 @@ contains
           contact%friction_fraction(b) = contact%friction_fraction_behind(a)
         else
           contact%friction_fraction(b) = contact%friction_fraction(a)
-          contact%values(:n_values, b) = wall_signs(scene, c, n_values) &
-            *contact%values(:n_values, a)
+          associate (signs => wall_signs(scene, c, n_values))
+            contact%values(:n_values, b) = signs*contact%values(:n_values, a)
+          end associate
         end if
       end associate
     end do
@@ -196,7 +197,7 @@ contains
   subroutine record_wall_impulse(sim, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: g(8, sim%nodes%patch%nn)
-    real(rp) :: impulse(3)
+    real(rp) :: impulse(3), mean
     integer :: a, c, e, i, place
 
     associate (t => sim%contact)
@@ -205,15 +206,12 @@ contains
         if (e == 0 .or. sim%boundary%fixed(3, i) == 0) cycle
         c = sim%boundary%fixed(2, i)
         place = sim%scene%clamp(c)%clamp%place
-        impulse = t%values(v_normal:v_normal + 2, e) + t%friction_fraction(e) &
-          *t%values(v_stick:v_stick + 2, e)
+        impulse = impulse_of(t%values(:, e), t%friction_fraction(e))
         do a = 1, 3
           if (.not. sim%scene%clamp(c)%clamp%held(a)) cycle
           sim%budget%impulse(a, place) = sim%budget%impulse(a, place) - impulse(a)
-          associate (record => g(:, t%node(e)))
-            sim%budget%sums(e_wall) = sim%budget%sums(e_wall) - impulse(a) &
-              *(record(a) - 0.5_rp*record(4 + a))
-          end associate
+          mean = g(a, t%node(e)) - 0.5_rp*g(4 + a, t%node(e))   ! velocity in the step [m/s]
+          sim%budget%sums(e_wall) = sim%budget%sums(e_wall) - impulse(a)*mean
         end do
       end do
       do i = 1, size(t%pair, 2)
@@ -232,8 +230,7 @@ contains
       associate (t => sim%contact, &
                  impulse => sim%budget%impulse(:, sim%scene%symmetry(plane)%place))
         impulse = impulse - merge(2.0_rp*share, 0.0_rp, sim%scene%symmetry(plane)%odd) &
-          *(t%local_values(v_normal:v_normal + 2, e) + t%friction_fraction(e) &
-            *t%local_values(v_stick:v_stick + 2, e))
+                  *impulse_of(t%local_values(:, e), t%friction_fraction(e))
       end associate
     end subroutine add_local
   end subroutine record_wall_impulse

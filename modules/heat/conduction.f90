@@ -142,8 +142,9 @@ contains
     do k = 1, sim%scene%n_heat_groups
       do r = 1, sim%nodes%n_ranges
         do q = sim%nodes%range(1, r), sim%nodes%range(2, r)
-          if (sim%nodes%g(1, q, k) > min_capacity) rise = max(rise, sim%nodes%g(3, q, k) &
-                                                                    /sim%nodes%g(1, q, k))
+          associate (capacity => sim%nodes%g(1, q, k), heat => sim%nodes%g(3, q, k))
+            if (capacity > min_capacity) rise = max(rise, heat/capacity)
+          end associate
         end do
       end do
     end do

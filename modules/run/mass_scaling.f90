@@ -43,8 +43,8 @@ contains
     associate (m => sim%scene%method, peak => sim%clock%inertial_peak)
       peak = max(now(1), peak_decay*peak)
       if (max(peak, part) <= 0.0_rp) return    ! nothing has moved so far
-      wanted = max(m%scaling_range(1), min(m%scaling_range(2), target_fraction &
-                                           *m%inertial_fraction/max(peak, part)))
+      wanted = target_fraction*m%inertial_fraction/max(peak, part)
+      wanted = max(m%scaling_range(1), min(m%scaling_range(2), wanted))
       if (wanted >= max_growth*sim%clock%mass_scaling .or. wanted >= m%scaling_range(2)) then
         wanted = min(wanted, max_growth*sim%clock%mass_scaling)
       else if (wanted < sim%clock%mass_scaling) then

@@ -7,7 +7,8 @@ module simulation_tool_lists
   implicit none (type, external)
   private
 
-  public :: add_values, candidates_t, contact_particle_t, load_return, tool_contact_t
+  public :: add_values, candidates_t, contact_particle_t, impulse_of, load_return, &
+            tool_contact_t
 
   ! Indices of the values that touching particles add to a node:
   integer, parameter, public :: &
@@ -282,6 +283,14 @@ contains
       s(3:) = s(3:) + along*mass(m_last_impulse:m_last_impulse + 2, entry(i))
     end do
   end function load_return
+
+  !> Impulse by the values of a node, with friction of `fraction` of what would stop the slip [N s].
+  pure function impulse_of(values, fraction) result(impulse)
+    real(rp), intent(in) :: values(n_values), fraction
+    real(rp) :: impulse(3)
+
+    impulse = values(v_normal:v_normal + 2) + fraction*values(v_stick:v_stick + 2)
+  end function impulse_of
 
   !> Add a particle's values to its nodes.
   pure subroutine add_values(entry, weight, own, width, n, values)

@@ -127,9 +127,11 @@ contains
     limit = min(coulomb_impulse, max_friction)
     select case (self%kind)
     case (law_wanheim_bay)
-      if (coulomb_impulse > transition .and. max_friction > transition) limit = transition &
-          + (max_friction - transition) &
-          *(1.0_rp - exp(-(coulomb_impulse - transition)/(max_friction - transition)))
+      if (coulomb_impulse > transition .and. max_friction > transition) then
+        associate (range => max_friction - transition)
+          limit = transition + range*(1.0_rp - exp(-(coulomb_impulse - transition)/range))
+        end associate
+      end if
     case (law_schmidt_hattel)
       if (coulomb_impulse > 0.0_rp .and. max_friction > 0.0_rp) limit = transition &
           + (1.0_rp - transition/max_friction)*limit

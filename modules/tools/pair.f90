@@ -48,7 +48,7 @@ contains
     real(rp), intent(in) :: v(3, 2)      !! velocities of both bodies [m/s]
     real(rp), intent(out) :: impulse(3)  !! impulse on the first body [N s]
     integer, intent(out) :: state
-    real(rp) :: slip(3), vn, m, normal_impulse, speed, stick_mass
+    real(rp) :: slip(3), vn, m, normal_impulse, overlap, speed, stick_mass
 
     impulse = 0.0_rp
     state = is_apart
@@ -63,9 +63,8 @@ contains
     else
       normal_impulse = -m*(vn + max(0.0_rp, gap)/dt)
       if (normal_impulse <= 0.0_rp) return
-      normal_impulse = normal_impulse*(1.0_rp + surplus*max(0.0_rp, min(1.0_rp, &
-                                                                                   -0.5_rp*gap &
-                                                                                     /slack)))
+      overlap = max(0.0_rp, min(1.0_rp, -0.5_rp*gap/slack))
+      normal_impulse = normal_impulse*(1.0_rp + surplus*overlap)
       stick_mass = limit(law, m, normal_impulse, speed)
     end if
     state = merge(is_stuck, is_sliding, stick_mass >= m)

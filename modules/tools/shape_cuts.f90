@@ -185,8 +185,9 @@ contains
     if (shape%n_flats == 0) return
     step = 2.0_rp*pi/shape%n_flats
     beside = modulo(phi + 0.5_rp*step, step) - 0.5_rp*step
-    if (radius - shape%flat_depth < cut*cos(beside)) flattened = (radius - shape%flat_depth) &
-                                                                 /cos(beside)
+    if (radius - shape%flat_depth < cut*cos(beside)) then
+      flattened = (radius - shape%flat_depth)/cos(beside)
+    end if
   end function flattened
 
   !> Coordinates w from `first` down to `last` at the corners of grooves and the ends, without
