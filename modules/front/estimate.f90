@@ -1,14 +1,17 @@
 ! SPDX-License-Identifier: MIT
-!> Estimate of the cost of a run, measured with steps of the scene itself: from its start and, with
-!> tools, at later positions of their motion, so that contact and sleep are included.
+!> Estimate of the cost of a run in a few seconds, measured with steps of the scene itself: from its
+!> start and, with tools, at later positions of their motion, so that contact is included, and
+!> sleep where it begins within these steps. Elsewhere the cost has two bounds: all particles stay
+!> awake, or those alone that are near a tool.
 module front_estimate
-  use base_kinds, only: i8, rp
+  use base_kinds, only: i8, nlane, rp
   use base_text, only: str
   use base_timers, only: cpu_seconds
   use base_world, only: world_t
   use heat_alone_loop, only: next_switch
   use heat_alone_state, only: heat_run_t
   use output_writer, only: next_time
+  use particles_store, only: f_pos
   use run_loop, only: advance, ended_well
   use run_regrid, only: regrid
   use simulation_parts, only: simulation_t
@@ -20,12 +23,12 @@ module front_estimate
 
   !> Estimated cost of a run, without its output.
   type :: cost_t
-    real(rp) :: seconds = 0.0_rp          !! processor time of all ranks for the whole run [s]
+    !> Least and largest processor time of all ranks for the whole run [s].
+    real(rp) :: least = 0.0_rp, seconds = 0.0_rp
     real(rp) :: steps = 0.0_rp            !! steps of the run
-    real(rp) :: awake = 1.0_rp            !! mean share of awake particles
+    !> Mean share of awake particles, at least and at most.
+    real(rp) :: least_awake = 1.0_rp, awake = 1.0_rp
     integer :: measured = 0               !! steps made for the estimate
-    !> The cost is an upper bound, since more particles may fall asleep later.
-    logical :: is_bound = .false.
   contains
     procedure :: run_time
   end type cost_t
@@ -34,9 +37,11 @@ module front_estimate
   !> Steps until material sleeps, at the start and after a tool was moved.
   integer, parameter :: settling_steps(2) = [320, 150]
   integer, parameter :: measured_steps = 100  !! measured steps, a sort interval
-  integer, parameter :: min_steps = 20    !! least number of measured steps
+  integer, parameter :: min_steps = 6     !! least number of measured steps
   !> Processor time of a rank for a position of the tool after which the measurement ends [s].
-  real(rp), parameter :: time_limit = 4.0_rp
+  real(rp), parameter :: time_limit = 0.4_rp
+  !> Time of a particle-step asleep, over that of one awake (docs/speed.md).
+  real(rp), parameter :: asleep_cost = 0.035_rp
   real(rp), parameter :: heat_time = 1.0_rp  !! measured processor time of heat-only runs [s]
   real(rp), parameter :: max_settling = 0.1_rp    !! largest share of the steps for settling
 
@@ -48,10 +53,19 @@ contains
     integer, intent(in) :: ranks
     character(:), allocatable :: text
 
-    text = str(self%seconds)//' s of processor time '
-    if (self%is_bound) text = text//'at most (less, as more of the metal falls asleep) '
-    text = text//'= '//str(self%seconds/ranks/3600.0_rp)//' h on '// &
-           str(ranks)//' free core(s), without output; measured in '//str(self%measured)//' steps'
+    text = range_of(1.0_rp, 's')//' of processor time = '//range_of(3600.0_rp*ranks, 'h')// &
+           ' on '//str(ranks)//' free core(s), without output; measured in '// &
+           str(self%measured)//' steps'
+  contains
+    !> The time in a unit; from the least to the largest where they differ.
+    pure function range_of(unit, name) result(range)
+      real(rp), intent(in) :: unit                 !! [s]
+      character(*), intent(in) :: name
+      character(:), allocatable :: range
+
+      range = str(self%seconds/unit)//' '//name
+      if (self%least < self%seconds) range = str(self%least/unit)//' to '//range
+    end function range_of
   end function run_time
 
   !> Collective. Estimate the cost of a run; the simulation cannot be used afterwards.
@@ -59,15 +73,17 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt                     !! first time step [s]
     type(cost_t), intent(out) :: cost
-    real(rp) :: awake, per_step, start
+    real(rp) :: awake, near, per_step, start
     integer :: i, n, parts
     logical :: ok
 
     sim%tool%monitor%is_on = .false.               ! phases last for their full duration
+    sim%clock%next_history = huge(1.0_rp)          ! a row that is due conducts heat
+    sim%clock%next_frame = huge(1.0_rp)
     cost%steps = sim%scene%end_time/dt
     if (sim%scene%max_steps > 0) cost%steps = min(cost%steps, real(sim%scene%max_steps, rp))
     cost%awake = 0.0_rp
-    cost%is_bound = sim%scene%method%sleep%is_on
+    cost%least_awake = 0.0_rp
     parts = merge(n_positions, 1, size(sim%tool) > 0)
     do i = 1, parts
       n = measured_steps
@@ -77,8 +93,14 @@ contains
       call measure_steps(sim, dt*cost%steps*(i - 0.5_rp)/parts, n, cost%measured, per_step, &
                          awake, start, ok)
       if (i == 1) cost%seconds = max(0.0_rp, start)   ! steps before material sleeps
+      if (i == 1) cost%least = cost%seconds
       cost%seconds = cost%seconds + cost%steps*per_step/parts
       cost%awake = cost%awake + awake/parts
+      near = awake
+      if (sim%scene%method%sleep%is_on) near = min(awake, share_near_tools(sim))
+      cost%least = cost%least + cost%steps*per_step/parts*(near + asleep_cost*(1.0_rp - near))/ &
+                   (awake + asleep_cost*(1.0_rp - awake))
+      cost%least_awake = cost%least_awake + near/parts
       if (.not. ok) exit
     end do
   end subroutine estimate_run
@@ -137,6 +159,28 @@ contains
     start = spent(4) - first*per_step
   end subroutine measure_steps
 
+  !> Collective. Share of the particles within twice the distance to a tool in which none sleeps.
+  real(rp) function share_near_tools(sim) result(share)
+    type(simulation_t), intent(in) :: sim
+    real(rp) :: d(nlane), nearest(nlane), reach, total(2)
+    integer :: b, k, n
+
+    reach = 2.0_rp*sim%scene%method%sleep%distance
+    total = [0.0_rp, real(sim%particles%total(), rp)]
+    do b = 1, sim%particles%nblk
+      n = sim%particles%count(b)
+      nearest = huge(1.0_rp)
+      do k = 1, size(sim%tool)
+        call sim%tool(k)%clearances(n, sim%particles%ps(:, f_pos:f_pos + 2, b), &
+                                    reach, d(:n))
+        nearest(:n) = min(nearest(:n), d(:n))
+      end do
+      total(1) = total(1) + count(nearest(:n) < reach)
+    end do
+    call sim%world%sum(total)
+    share = total(1)/max(1.0_rp, total(2))
+  end function share_near_tools
+
   !> Collective. Estimate the cost of a heat-only run, whose state cannot be used afterwards. The
   !> remaining steps are assumed to be as long and as expensive as the last half of the measured
   !> ones.
@@ -168,11 +212,13 @@ contains
     cost%measured = n
     cost%seconds = seconds(n)
     cost%steps = real(n, rp)
-    if (is_complete .or. run%integrator%is_stuck) return
-    half = n/2
-    rest = (scene%end_time - time(n))/(time(n) - time(half))
-    cost%seconds = cost%seconds + rest*(seconds(n) - seconds(half))
-    cost%steps = cost%steps + rest*(n - half)
+    if (.not. (is_complete .or. run%integrator%is_stuck)) then
+      half = n/2
+      rest = (scene%end_time - time(n))/(time(n) - time(half))
+      cost%seconds = cost%seconds + rest*(seconds(n) - seconds(half))
+      cost%steps = cost%steps + rest*(n - half)
+    end if
+    cost%least = cost%seconds
   end subroutine estimate_heat
 
 end module front_estimate

@@ -75,11 +75,23 @@ contains
       call print_line('elasticity', elasticity(input, sim%scene, sim%tool))
     end if
     if (measures) call print_cost(world, sim%scene, cost, sum(counts), 'particle-steps/s', ', '// &
-                                  str(nint(100.0_rp*cost%awake))//' % of the particles awake')
+                                  awake_share(cost)//' % of the particles awake')
     call report_process(input, sim%scene, sim%tool)
     call log_heat_shares(sim%scene, sim%tool)
     call print_line('skipped', skipped(sim))
   end subroutine report_scene
+
+  !> Share of awake particles in the estimate [%], from the least to the largest where they differ.
+  pure function awake_share(cost) result(text)
+    type(cost_t), intent(in) :: cost
+    character(:), allocatable :: text
+    integer :: least, most
+
+    least = nint(100.0_rp*cost%least_awake)
+    most = nint(100.0_rp*cost%awake)
+    text = str(most)
+    if (least < most) text = str(least)//' to '//text
+  end function awake_share
 
   !> Collective. Report a heat-only scene without writing files. Measuring the cost advances the
   !> state, which cannot be used afterwards.
