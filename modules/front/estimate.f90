@@ -19,13 +19,15 @@ module front_estimate
   implicit none (type, external)
   private
 
-  public :: cost_t, estimate_run, estimate_heat
+  public :: cost_t, estimate_run, estimate_heat, range_of
 
   !> Estimated cost of a run, without its output.
   type :: cost_t
     !> Least and largest processor time of all ranks for the whole run [s].
     real(rp) :: least = 0.0_rp, seconds = 0.0_rp
     real(rp) :: steps = 0.0_rp            !! steps of the run
+    !> Steps with the largest and the least mass scaling of its range, over `steps`.
+    real(rp) :: more_steps(2) = 1.0_rp
     !> Mean share of awake particles, at least and at most.
     real(rp) :: least_awake = 1.0_rp, awake = 1.0_rp
     integer :: measured = 0               !! steps made for the estimate
@@ -53,20 +55,21 @@ contains
     integer, intent(in) :: ranks
     character(:), allocatable :: text
 
-    text = range_of(1.0_rp, 's')//' of processor time = '//range_of(3600.0_rp*ranks, 'h')// &
-           ' on '//str(ranks)//' free core(s), without output; measured in '// &
-           str(self%measured)//' steps'
-  contains
-    !> The time in a unit; from the least to the largest where they differ.
-    pure function range_of(unit, name) result(range)
-      real(rp), intent(in) :: unit                 !! [s]
-      character(*), intent(in) :: name
-      character(:), allocatable :: range
-
-      range = str(self%seconds/unit)//' '//name
-      if (self%least < self%seconds) range = str(self%least/unit)//' to '//range
-    end function range_of
+    associate (s => [self%least, self%seconds]*self%more_steps)
+      text = range_of(s(1), s(2))//' s of processor time = '// &
+             range_of(s(1)/ranks/3600.0_rp, s(2)/ranks/3600.0_rp)//' h on '//str(ranks)// &
+             ' free core(s), without output; measured in '//str(self%measured)//' steps'
+    end associate
   end function run_time
+
+  !> Text of a range of numbers; of one number where they are the same.
+  pure function range_of(least, most) result(text)
+    real(rp), intent(in) :: least, most
+    character(:), allocatable :: text
+
+    text = str(most)
+    if (least < most) text = str(least)//' to '//text
+  end function range_of
 
   !> Collective. Estimate the cost of a run; the simulation cannot be used afterwards.
   subroutine estimate_run(sim, dt, cost)
@@ -82,6 +85,8 @@ contains
     sim%clock%next_frame = huge(1.0_rp)
     cost%steps = sim%scene%end_time/dt
     if (sim%scene%max_steps > 0) cost%steps = min(cost%steps, real(sim%scene%max_steps, rp))
+    if (sim%scene%method%adapts_mass) cost%more_steps = &
+      sqrt(sim%clock%mass_scaling/sim%scene%method%scaling_range([2, 1]))
     cost%awake = 0.0_rp
     cost%least_awake = 0.0_rp
     parts = merge(n_positions, 1, size(sim%tool) > 0)

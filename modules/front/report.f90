@@ -5,7 +5,7 @@ module front_report
   use base_log, only: log_line
   use base_text, only: str
   use base_world, only: world_t
-  use front_estimate, only: cost_t, estimate_heat, estimate_run
+  use front_estimate, only: cost_t, estimate_heat, estimate_run, range_of
   use grid_geometry, only: grid_t
   use heat_alone_state, only: heat_run_t
   use heat_conduction, only: conduction_step
@@ -75,23 +75,12 @@ contains
       call print_line('elasticity', elasticity(input, sim%scene, sim%tool))
     end if
     if (measures) call print_cost(world, sim%scene, cost, sum(counts), 'particle-steps/s', ', '// &
-                                  awake_share(cost)//' % of the particles awake')
+                                  range_of(anint(100.0_rp*cost%least_awake), &
+                                           anint(100.0_rp*cost%awake))//' % of the particles awake')
     call report_process(input, sim%scene, sim%tool)
     call log_heat_shares(sim%scene, sim%tool)
     call print_line('skipped', skipped(sim))
   end subroutine report_scene
-
-  !> Share of awake particles in the estimate [%], from the least to the largest where they differ.
-  pure function awake_share(cost) result(text)
-    type(cost_t), intent(in) :: cost
-    character(:), allocatable :: text
-    integer :: least, most
-
-    least = nint(100.0_rp*cost%least_awake)
-    most = nint(100.0_rp*cost%awake)
-    text = str(most)
-    if (least < most) text = str(least)//' to '//text
-  end function awake_share
 
   !> Collective. Report a heat-only scene without writing files. Measuring the cost advances the
   !> state, which cannot be used afterwards.
@@ -135,8 +124,11 @@ contains
     type(cost_t), intent(in) :: cost
     integer(i8), intent(in) :: n
     character(*), intent(in) :: unit, note
+    real(rp) :: steps(2)
 
-    call print_line('steps', str(nint(cost%steps, i8))//' for '//str(scene%end_time)//' s')
+    steps = cost%steps*cost%more_steps
+    call print_line('steps', range_of(anint(steps(1)), anint(steps(2)))//' for '// &
+                    str(scene%end_time)//' s')
     call print_line('speed', str(real(n, rp)*cost%steps/max(cost%seconds, tiny(1.0_rp))*1.0e-6_rp) &
                     //' M '//unit//' of processor time here'//note)
     call print_line('run time', cost%run_time(world%size))
