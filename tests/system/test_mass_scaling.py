@@ -23,8 +23,8 @@ def place(tmp_path, name):
 def test_changes_little_and_saves_steps(run, tmp_path):
     """The factor, small while the load rises, grows to ten times the constant one. The project's own measure: torque and force along z and the heat of friction within 2 %, and the hottest particle within 9 K (7.5 K of
     246 measured; heat goes to the metal that carries the load just then) of mass scaling 1e5 throughout, with at most 0.7 times the steps; energy balanced to 0.05 % as with a constant
-    factor; inertial stress and loads stay near the stated part, 2 %, which is looked at between sorts only: waves are that much
-    larger in single rows."""
+    factor; the inertial stress stays below the stated part, 2 %, and the loads near it, which is looked at between sorts only: waves are
+    that much larger in single rows."""
     histories = {}
     for name, sets in (("constant", {**SLOWER, "TIME.MASS_SCALING": "1e5"}), ("adapts", ADAPTS)):
         results = run("stir", "--quiet", sets=sets | {"TIME.END": "0.3"}, directory=place(tmp_path, name)).results("stir")
@@ -44,7 +44,7 @@ def test_changes_little_and_saves_steps(run, tmp_path):
     force = np.linalg.norm([two[f"tool_force_{axis}[N]"] for axis in "xyz"], axis=0).max()
     part = two["inertial_force[N]"].max() / force
     print("inertial", part, two["inertial_stress_over_flow[%]"].max())
-    assert 0.005 < part < 0.1 and two["inertial_stress_over_flow[%]"].max() < 2.2
+    assert 0.005 < part < 0.1 and two["inertial_stress_over_flow[%]"].max() < 2.0
 
 
 def test_inertia_of_light_nodes_changes_little(run, tmp_path):
