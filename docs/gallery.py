@@ -29,7 +29,7 @@ from stirpost.plots import look, maps, views  # noqa: E402
 from stirpost.run import Run  # noqa: E402
 
 # Name of the picture: the input, and the time that is shown [s].
-SCENES = {"quickstart": (ROOT / "input/quickstart.nml", 3.5), "copper": (ROOT / "input/fsp_copper_quick.nml", 5.5),
+SCENES = {"quickstart": (ROOT / "input/quickstart.nml", 2.75), "copper": (ROOT / "input/fsp_copper_quick.nml", 5.5),
           "dissimilar": (ROOT / "input/fsw_copper_aluminium.nml", 7.5)}
 SCENES |= {name: (ROOT / f"share/stirpoint/new/{name}.nml", time)
            for name, time in (("pin", 4.5), ("shoulder", 6.0), ("butt", 5.0), ("lap", 5.0), ("heat", 15.0))}
