@@ -63,5 +63,5 @@ def embedded(picture: Picture) -> str:
 
     file = io.BytesIO()
     with Image.open(picture.path) as image:
-        image.convert("RGB").save(file, "WEBP", quality=88, method=1)
+        image.convert("RGB").save(file, "WEBP", quality=88, method=0)
     return base64.b64encode(file.getvalue()).decode("ascii")
