@@ -151,7 +151,7 @@ make_venv() {
     "${more[@]}" -e "$root/postproc${more:+[all]}"
   if ((${#more[@]} == 0)); then # a sixth of the size is what only those who build or test these packages need
     logged pip-uninstall "$venv/bin/python" -m pip uninstall --disable-pip-version-check -y setuptools
-    find "$venv/lib" \( -type d -name tests -o -type f \( -name '*.c' -o -name '*.pyi' -o -name '*.pyx' \) \) -prune -exec rm -rf {} +
+    find "$venv" \( -type d -name tests -o -type f \( -name '*.c' -o -name '*.pyi' -o -name '*.pyx' \) \) -prune -exec rm -rf {} +
   fi
   cp "$wanted" "$stamp"
 }

@@ -93,14 +93,20 @@ def test_missing_packages_are_named(place):
 
 @pytest.mark.parametrize("words, has_tests", [(["build"], False), (["python"], True)])
 def test_what_is_installed(place, words, has_tests):
-    """A run installs what it and its report need, the tests bring the rest; either is content with more, and asked for less
-    nothing is installed again."""
+    """A run installs what it and its report need, without tests, sources and stubs of packages; the tests bring the rest; either is
+    content with more, and asked for less nothing is installed again."""
+    package = place / "build/venv/lib/numpy"
+    (package / "tests").mkdir(parents=True)
+    for name in ("tests/test_all.py", "core.pyi", "core.c", "core.py"):
+        (package / name).touch()
     stamp = place / "build/venv/requirements.installed"
     stamp.unlink()
     done, notes = local(place, *words)
     assert done.returncode == 0, done.stderr
     pip = next(call for call in notes if call[:4] == ["python", "-m", "pip", "install"])
     assert (str(place / "postproc/requirements.txt") in pip) == has_tests and pip[-2:] == ["-e", str(place / "postproc") + "[all]"*has_tests]
+    left = {path.name for path in package.rglob("*") if path.is_file()}
+    assert left == ({"test_all.py", "core.pyi", "core.c", "core.py"} if has_tests else {"core.py"})
     before = stamp.read_text()
     done, notes = local(place, "build")
     assert "Setting up Python" not in done.stdout and stamp.read_text() == before
