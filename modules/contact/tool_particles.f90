@@ -23,7 +23,7 @@ module contact_tool_particles
   use grid_geometry, only: length_along
   use mpm_blocks, only: weights_of
   use mpm_faces, only: surface_weights
-  use mpm_stability, only: wave_speed
+  use mpm_stability, only: contact_relaxation, wave_speed
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_rate
   use simulation_nodes, only: nodes_t
   use simulation_parts, only: simulation_t
@@ -37,8 +37,6 @@ module contact_tool_particles
   public :: find_contact_particles, update_surface_offset, relaxation_time, velocity_at
 
   real(rp), parameter :: slop = 0.02_rp  !! width of the zone where gaps close slowly [cells]
-  !> Number of cells that a wave crosses in the relaxation time of slow closing.
-  real(rp), parameter :: relaxation = 60.0_rp
   !> Largest speed of removing a penetration [wave speeds].
   real(rp), parameter :: recovery_speed = 3.0e-3_rp
   real(rp), parameter :: friction_distance = 0.5_rp  !! largest gap with friction [spacings]
@@ -222,8 +220,7 @@ contains
     type(clock_t), intent(in) :: clock
     type(contact_particle_t), intent(in) :: particle
 
-    relaxation_time = relaxation*length_along(particle%cell_edges, particle%normal) &
-      /wave_speed(clock)
+    relaxation_time = contact_relaxation(clock, length_along(particle%cell_edges, particle%normal))
   end function relaxation_time
 
   !> Nodal velocity at the centre or at the surface of a particle [m/s].

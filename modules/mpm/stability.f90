@@ -15,8 +15,10 @@ module mpm_stability
   implicit none (type, external)
   private
 
-  public :: default_cfl, domain_factor, stable_step, wave_speed
+  public :: contact_relaxation, default_cfl, domain_factor, stable_step, wave_speed
 
+  !> Number of cells that a wave crosses in the relaxation time of contact with tools.
+  real(rp), parameter :: contact_cells = 60.0_rp
   !> Safety factor for nodes lighter than those in the measurements.
   real(rp), parameter :: margin = 0.9_rp
   !> Safety factor with a lower bound of the nodal inertia.
@@ -125,5 +127,14 @@ contains
 
     wave_speed = sqrt(clock%stiffness/clock%mass_scaling)
   end function wave_speed
+
+  !> Time in which contact with tools follows slow changes of gaps and forces, for cells with the
+  !> length `edge` [s].
+  pure real(rp) function contact_relaxation(clock, edge)
+    type(clock_t), intent(in) :: clock
+    real(rp), intent(in) :: edge
+
+    contact_relaxation = contact_cells*edge/wave_speed(clock)
+  end function contact_relaxation
 
 end module mpm_stability

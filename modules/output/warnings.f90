@@ -6,6 +6,7 @@ module output_warnings
   use base_text, only: str
   use base_world, only: world_t
   use io_histories, only: row_t
+  use mpm_stability, only: contact_relaxation
   use output_guards, only: guards_t, melting_t
   use output_microstructure, only: make_warning_message
   use particles_store, only: f_bbar, f_jac, f_pos, particles_t
@@ -204,6 +205,9 @@ contains
       call log_line(text//': MASS_SCALING = '//str(allowed_scaling(self, scene, clock, history))// &
                     ' would make that '//str(100.0_rp*scene%method%inertial_fraction)//' %')
     end if
+    if (sim%history%row_inertia%load(1) > 0.0_rp) call log_line('loads of the tools are up to '// &
+      str(contact_relaxation(sim%clock, maxval(sim%scene%grid%h)))// &
+      ' s early, since gaps close slowly: their change in that time is in doubt')
   end subroutine log_inertial_stress
 
 end module output_warnings

@@ -204,6 +204,35 @@ def test_inertial_loads_bound_the_error(run, tmp_path, case):
         assert said > 90.0 * part, "rows are shorter than the means"
 
 
+@pytest.mark.parametrize("seed", [1, 2])
+def test_error_of_a_travelling_disc_is_bounded(run, tmp_path, seed):
+    """Bound, for tilted discs drawn at random that are pressed in and travel: the error of the force is at most its inertial part
+    and its change in the time by which contact is early, as the log says it. The inertial part alone is up to 30 times too small."""
+    draw = np.random.default_rng(seed).uniform
+    tilt, down, depth, spin = draw(1.5, 4.0), draw(2e-3, 5e-3), draw(4e-4, 7e-4), draw(300.0, 1200.0)
+    sets = {"GRID.CELL": draw(3e-3, 4e-3), "TOOL.TILT_DEG": tilt, "TOOL.FRICTION": draw(0.1, 0.4),
+            "TOOL.POSITION": f"20e-3,20e-3,{12e-3 + 10e-3 * np.sin(np.radians(tilt)) + 0.1 * down - depth}",
+            "MOTION(1).VELOCITY": f"0,0,{-down}", "MOTION(1).SPIN_RPM": spin, "MOTION(2).SPIN_RPM": spin,
+            "MOTION(2).VELOCITY": f"{draw(5e-3, 20e-3)},0,0", "OUTPUT.FRAME_INTERVAL": 0, "OUTPUT.HISTORY_INTERVAL": 1e-3}
+    times, force = np.linspace(0.0, 0.2, 61), {}
+    for factor in (5e3, 1e5, 1e6):
+        done = run("stir", sets=sets | {"TIME.MASS_SCALING": factor}, directory=place(tmp_path, str(factor)))
+        history = done.results("stir").history()
+        impulse = np.array([np.concatenate([[0.0], np.cumsum(history[f"tool_force_{axis}[N]"][1:] * np.diff(history["time[s]"]))]) for axis in "xyz"])
+        force[factor] = np.diff([np.interp(times, history["time[s]"], row) for row in impulse]) / np.diff(times)
+        if factor == 5e3:
+            continue
+        early = float(re.search(r"up to (\S+) s early", done.out).group(1))
+        assert early == pytest.approx(60 * sets["GRID.CELL"] * np.sqrt(factor * 8960 / 190.9e9), rel=5e-3)   # K + 4 G/3
+        rows = int(np.ceil(early / times[1]))
+        change = max(np.linalg.norm(force[factor][:, i:] - force[factor][:, :-i], axis=0).max() for i in range(1, rows + 1))
+        largest = np.linalg.norm(force[factor], axis=0).max()
+        error = np.linalg.norm(force[factor] - force[5e3], axis=0).max()
+        part = float(re.search(r"inertial force or power up to (\S+) %", done.out).group(1)) / 100.0
+        print(factor, "error", error / largest, "inertial part", part, "change while early", change / largest)
+        assert 0.01 * largest < error < part * largest + change
+
+
 @pytest.mark.parametrize("sets, message", [
     ({"TIME.MASS_SCALING_RANGE": "10,5"}, "two factors from 1 on"),
     ({"TIME.MASS_SCALING_RANGE": "0.5,5"}, "two factors from 1 on"),
