@@ -12,7 +12,7 @@ module contact_body_pairs
   use simulation_nodes, only: nodes_t
   use simulation_parts, only: boundary_t
   use simulation_run, only: budget_t, clock_t, e_contact, e_friction, e_normal_loss
-  use simulation_scene, only: scene_t, scheme_usavg
+  use simulation_scene, only: scene_t
   use tools_pair, only: compute_pair_impulse, compute_pair_loss, is_apart, is_stuck, law_coulomb, &
                         moves_as_one, pair_law_t
   use tools_sums, only: s_force, s_friction, s_metal_slip, s_normal_impulse, s_normal_loss, &
@@ -205,7 +205,7 @@ contains
     v(:, 2) = v(:, 1) + pairs%free(:, e)*(v(:, 2) - v(:, 1))
     gap = pairs%gap(e)
     h = length_along(nodes%patch%edges_at(pairs%x(:, e)), pairs%normal(:, e))
-    if (scene%method%scheme == scheme_usavg) then
+    if (pairs%averages_motion) then
       ! USAVG: half the displacement has the old velocity, and half, in the next step, the new one.
       before = (g(1:3, 2) - g(5:7, 2)) - (g(1:3, 1) - g(5:7, 1))
       gap = gap + 0.5_rp*dt*dot_product(pairs%free(:, e)*before, pairs%normal(:, e))

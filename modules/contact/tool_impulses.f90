@@ -24,11 +24,6 @@
 !> Friction is limited at the nodes, where the pressure of neighbouring particles is averaged: by
 !> Coulomb's law and by the shear strength of the material.
 !>
-!> With MUSL and USAVG, whose strains follow velocities mapped again from the particle centres,
-!> contact of elastic material acts at the centres: an impulse on the light outer nodes would not
-!> affect the strain, and a bar that hits a tool would ring for long. There a step applies a
-!> fraction of m e/s and does not start from the force of the last one.
-!>
 !> Coulomb's law applies to sustained forces, but contact of single particles is intermittent: a
 !> particle resting on the tool touches it in only a part of the steps. Unused Coulomb friction is
 !> kept for the relaxation time of contact (`layout%coulomb_reserve`, a particle field). Where metal
@@ -43,7 +38,7 @@ module contact_tool_impulses
                                 restore_masses, restore_fractions, find_separate_sides
   use simulation_nodes, only: min_node_inertia, min_node_mass, nodes_t
   use simulation_parts, only: simulation_t
-  use simulation_scene, only: scene_t, scheme_usl
+  use simulation_scene, only: scene_t
   use simulation_tool_lists, only: add_values, impulse_of, load_return, m_last_impulse, m_pushed, &
                                    m_touching, n_both, n_masses, n_values, tool_contact_t, &
                                    v_coulomb, v_max_friction, v_normal, v_stick, v_transition
@@ -54,9 +49,6 @@ module contact_tool_impulses
 
   public :: find_contact, find_impulses, apply_impulses
 
-  !> Fraction of the impulse that is applied where strains follow velocities mapped again, since the
-  !> full impulse causes ringing.
-  real(rp), parameter :: impulse_fraction_remapped = 0.7_rp
   !> Distance from the tool up to which nodes are listed [cells]. It is no integer, so that rounding
   !> does not decide and all ranks list the same nodes.
   real(rp), parameter :: band = 3.51_rp
@@ -77,7 +69,7 @@ contains
     call list_nodes(sim%scene, sim%nodes, sim%contact, sim%tool(k), g)
     call mark_held(sim%scene, sim%boundary, sim%contact)
     call find_contact_particles(sim, k, group, dt, g)
-    call add_masses(sim%nodes, sim%contact, sim%scene%method%scheme /= scheme_usl)
+    call add_masses(sim%nodes, sim%contact)
     call reflect_masses(sim%scene, sim%contact)
   end subroutine find_contact
 
@@ -187,19 +179,16 @@ contains
 
   !> Sum at the nodes the masses of the particles in contact, the masses of the pushed ones, and the
   !> impulses by the forces of the last step.
-  subroutine add_masses(nodes, contact, remaps_velocities)
+  subroutine add_masses(nodes, contact)
     type(nodes_t), intent(in) :: nodes
     type(tool_contact_t), intent(inout) :: contact
-    !> Strains follow velocities mapped again from the particles (MUSL, USAVG).
-    logical, intent(in) :: remaps_velocities
     real(rp) :: mass(n_masses)
     integer :: i, p
 
     do p = 1, contact%n
       associate (t => contact%particle(p))
         call contact%find_nodes(nodes%patch%stride, t)
-        if (t%closing_velocity <= 0.0_rp .or. remaps_velocities) t%normal_impulse = 0.0_rp
-        if (remaps_velocities) t%last_friction = 0.0_rp
+        if (t%closing_velocity <= 0.0_rp) t%normal_impulse = 0.0_rp
         mass = 0.0_rp
         mass(m_touching) = t%mass
         if (max(t%closing_velocity, t%edge_closing_velocity) > 0.0_rp) mass(m_pushed) = t%mass
@@ -217,10 +206,9 @@ contains
     type(simulation_t), intent(inout) :: sim
     type(tool_t), intent(in) :: tool
     real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
-    real(rp) :: counted, kept, lasting, least, part, push, returned, s(5), slip(3), values(n_values)
+    real(rp) :: counted, kept, lasting, least, push, returned, s(5), slip(3), values(n_values)
     integer :: e, p
 
-    part = merge(1.0_rp, impulse_fraction_remapped, sim%scene%method%scheme == scheme_usl)
     least = min_node_inertia(sim%scene, sim%clock)
     associate (contact => sim%contact)
       do e = 1, contact%n_nodes
@@ -235,7 +223,7 @@ contains
           returned = dot_product(s(3:), t%normal)
           slip = t%slip + s(3:) - returned*t%normal
           if (t%max_friction > molten_limit) t%stick_impulse = t%last_friction - t%mass/s(1)*slip
-          push = part*t%mass/s(2)
+          push = t%mass/s(2)
           t%lasting_impulse = 0.0_rp
           if (t%closing_velocity > 0.0_rp) then
             kept = 1.0_rp

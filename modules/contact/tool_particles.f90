@@ -28,7 +28,6 @@ module contact_tool_particles
   use simulation_nodes, only: nodes_t
   use simulation_parts, only: simulation_t
   use simulation_run, only: clock_t
-  use simulation_scene, only: scheme_usl
   use simulation_tool_lists, only: candidates_t, contact_particle_t
   use tools_law, only: find_closing_velocity, of_nothing
   implicit none (type, external)
@@ -124,14 +123,11 @@ contains
     real(rp) :: edge, force(3), friction_zone, size, w(nlane, 18), zone
     integer :: before, first(nlane), p
     type(contact_particle_t) :: particle
-    logical :: at_surface
 
     before = sim%contact%n
     particle%can_flow = allocated(sim%scene%material(sim%scene%body(near%body)%material)%flow)
-    at_surface = sim%scene%method%scheme == scheme_usl .or. particle%can_flow
     associate (tool => sim%tool(near%tool))
-      friction_zone = merge(friction_distance, 0.0_rp, at_surface .and. (tool%has_friction() &
-                                                              .or. tool%heat%is_on))
+      friction_zone = merge(friction_distance, 0.0_rp, tool%has_friction() .or. tool%heat%is_on)
     end associate
     call near%pad_lanes()
     call weights_of(sim%scene, sim%nodes, near%body, sim%scene%layout%n, near%ps, w, first)
@@ -146,18 +142,16 @@ contains
       particle%w_centre(:, 1) = w(p, 1:3)
       particle%w_centre(:, 2) = w(p, 4:6)
       particle%w_centre(:, 3) = w(p, 7:9)
-      particle%w = particle%w_centre
-      if (at_surface) particle%w = surface_weights(sim%scene, sim%nodes, near%body, &
-                                                   particle%normal, &
-                                                   near%ps(p, sim%scene%layout%surface_offset), p, &
-                                                   sim%scene%layout%n, near%ps, w, first)
+      particle%w = surface_weights(sim%scene, sim%nodes, near%body, particle%normal, &
+                                   near%ps(p, sim%scene%layout%surface_offset), p, &
+                                   sim%scene%layout%n, near%ps, w, first)
       particle%mass = sim%clock%mass_scaling*near%ps(p, f_mass)
       particle%coulomb_impulse = near%ps(p, sim%scene%layout%coulomb_reserve)
       particle%spacing = sim%scene%spacing_of(near%body, near%ps(p, :))
       particle%cell_edges = sim%nodes%patch%edges_at(near%ps(p, f_pos:f_pos + 2))
       size = norm2(particle%normal*particle%spacing)
       edge = length_along(particle%cell_edges, particle%normal)
-      zone = merge(slop*edge, 0.0_rp, at_surface)
+      zone = slop*edge
       if (.not. takes_part(sim, near, dt, zone, friction_zone*size, near%ps(p, f_pos:f_pos + 2), &
                            velocity_at(sim%nodes, particle%first, particle%w, g), particle)) cycle
       force = near%ps(p, sim%scene%layout%tool_force:sim%scene%layout%tool_force + 2)
@@ -260,7 +254,7 @@ contains
         associate (offset => sim%particles%ps(t%lane, sim%scene%layout%surface_offset, t%block))
           if (t%can_flow) then
             offset = min(1.0_rp, offset*exp(dt*normal_strain_rate(sim%nodes, t, g)))
-          else if (sim%scene%method%scheme == scheme_usl) then
+          else
             offset = min(1.0_rp, thickness(bbar, jac, t%normal))
           end if
         end associate

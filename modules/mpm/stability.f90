@@ -83,10 +83,12 @@ contains
     !> Shortest half length of a domain of constant size [shortest cell edge].
     real(rp), intent(in) :: shortest
     real(rp), intent(in) :: poisson                !! largest Poisson's ratio of the scene
+    logical :: longer              !! steps are longer, with more inertia of light nodes
 
     default_cfl = limit_ugimp*sqrt(min(1.0_rp, shortest/short_domain))
     if (method%is_bspline) default_cfl = limit_bspline
-    if (method%scales_light_nodes) default_cfl = limit_selective
+    longer = method%scales_light_nodes .and. method%scheme == scheme_usl
+    if (longer) default_cfl = limit_selective
     if (is_sparse .and. method%is_bspline) default_cfl = sparse_factor*default_cfl
     default_cfl = default_cfl*min(1.0_rp, (1.0_rp - poisson)/(1.0_rp + poisson) &
                                           *(1.0_rp + volumetric_from)/(1.0_rp - volumetric_from)) &
@@ -105,7 +107,7 @@ contains
       end associate
     case default                               ! FLIP has the limit of the shape functions
     end select
-    default_cfl = merge(margin_selective, margin, method%scales_light_nodes)*default_cfl
+    default_cfl = merge(margin_selective, margin, longer)*default_cfl
     if (has_contact .and. method%scheme /= scheme_usl) default_cfl = contact_factor*default_cfl
   end function default_cfl
 

@@ -66,7 +66,7 @@ contains
     if (sim%scene%body(body)%is_forced()) then
       call add_prescribed_force(sim%scene, sim%step, body, nf, ps, rec)
     end if
-    if (sim%scene%method%scheme == scheme_usl) then
+    if (sim%step%scheme == scheme_usl) then
       call map_volume(sim%scene, sim%clock, sim%nodes, body, n, w, first, nf, ps)
     end if
     if (sim%scene%layout%affine > 0) then
@@ -193,7 +193,7 @@ contains
                         outcome%speed2)
         return
       end if
-      if (sim%scene%method%scheme /= scheme_usl) then
+      if (sim%step%scheme /= scheme_usl) then
         call move_block(sim, body, n, dt, g_motion, g_strain, nf, ps, w, first, v, dv, l, &
                         outcome%speed2)
       else
@@ -234,7 +234,7 @@ contains
     v = u(:, 1:3)
     dv = u(:, 5:7)
     u(:, 5:7) = 0.0_rp
-    if (sim%scene%method%scheme == scheme_usavg) u(:, 1:3) = v - 0.5_rp*dv
+    if (sim%step%scheme == scheme_usavg) u(:, 1:3) = v - 0.5_rp*dv
     call advance_particles(n, dt, 0.0_rp, u, u(1, 5), ps(1, f_pos), ps(1, f_vel), speed2)
     call gather_slopes(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, g_strain, &
                        sim%nodes%rec, l)

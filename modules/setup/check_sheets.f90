@@ -32,7 +32,7 @@ contains
     character(1), parameter :: axes(3) = ['x', 'y', 'z']
     integer :: a, b
 
-    if (scene%method%scheme /= scheme_usl) return
+    if (scene%method%scheme /= scheme_usl .and. size(tool) == 0) return
     call read_all_solids(input, solids)
     do b = 1, size(solids)
       if (scene%body(b)%is_rigid() .or. scene%body(b)%is_round) cycle

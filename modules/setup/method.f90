@@ -244,8 +244,6 @@ contains
     text = ''
     if (size(scene%tool_of) > 1) then
       text = 'bodies in contact'
-    else if (scene%method%scheme /= scheme_usl) then
-      text = 'a SCHEME other than usl'
     else if (scene%method%transfer /= transfer_flip) then
       text = 'a TRANSFER other than flip'
     else if (.not. scene%method%is_bspline) then

@@ -59,6 +59,7 @@ module simulation_node_pairs
 
   type :: node_pairs_t
     integer :: n = 0
+    logical :: averages_motion = .false.       !! half of a step moves with old velocities
     logical :: is_known = .false.              !! valid for the current particle positions
     integer, allocatable :: first(:)           !! (nn) first entry of each node; 0: none
     integer, allocatable :: found(:, :)        !! scratch array for listing entries

@@ -173,8 +173,9 @@ contains
     type(clock_t), intent(in) :: clock
 
     min_node_inertia = 0.0_rp
-    if (scene%method%scales_light_nodes) min_node_inertia = min_mass_fraction*full_mass(scene, &
-                                                                                        clock)
+    if (scene%method%scales_light_nodes .and. clock%scales_light) then
+      min_node_inertia = min_mass_fraction*full_mass(scene, clock)
+    end if
   end function min_node_inertia
 
   !> Update the velocities of the nodes in use: v = p/m + dt f/m; list those with

@@ -26,6 +26,7 @@ module simulation_run
     integer(i8) :: refused = 0          !! steps that were repeated with a smaller dt
     real(rp) :: stiffness = 0.0_rp      !! largest squared wave speed without mass scaling [m2/s2]
     real(rp) :: mass_scaling = 1.0_rp   !! factor on inertia
+    logical :: scales_light = .true.    !! SELECTIVE_SCALING acts in this step
     logical :: is_stopped = .false.     !! a tool limit has ended the run
     real(rp) :: inertial_peak = 0.0_rp  !! decaying maximum of rho v^2 over flow stress [-]
   end type clock_t
@@ -39,6 +40,7 @@ module simulation_run
 
   !> The current step and its results.
   type :: step_t
+    integer :: scheme = 1               !! when this step updates the stress (`scheme_usl`)
     real(rp) :: attempted_dt = 0.0_rp   !! time step before any refusal [s]
     real(rp) :: force_time = 0.0_rp     !! time at which external forces are evaluated [s]
     real(rp) :: pic = 0.0_rp            !! PIC fraction of this step

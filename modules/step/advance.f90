@@ -45,7 +45,7 @@ contains
     call begin_step(sim, dt, stress_fraction_before)
     g_strain => sim%nodes%g
     g_motion => sim%nodes%g
-    if (sim%scene%method%scheme /= scheme_usl) g_motion => sim%nodes%g2
+    if (sim%step%scheme /= scheme_usl) g_motion => sim%nodes%g2
     if (stress_fraction_before > 0.0_rp) call update_stress_before(sim, dt, &
       stress_fraction_before, g_strain, outcome)
     if (sim%scene%method%sleep%is_on) then
@@ -72,7 +72,7 @@ contains
     end if
     call keep_light(sim%scene, sim%clock, sim%nodes, g_motion)
     call record_impulse(sim%scene, sim%boundary, sim%budget, dt, g_motion)
-    if (sim%scene%method%scheme /= scheme_usl) then
+    if (sim%step%scheme /= scheme_usl) then
       call remap_velocities(sim, dt, g_strain, g_motion)
     else if (sim%scene%method%filters_in(sim%clock%step)) then
       call filter_velocity(sim, g_motion, sim%nodes%g2, sim%nodes%increment)
@@ -89,14 +89,24 @@ contains
     end if
   end subroutine take_step
 
-  !> Set the values of `sim%step` that hold for the whole step.
+  !> Set the values of `sim%step` that hold for the whole step. Steps in which a tool may touch
+  !> metal are those of USL: velocities mapped again from the particles do not satisfy contact, and
+  !> metal strained by them gains energy at a tool in any step, however short.
   subroutine begin_step(sim, dt, stress_fraction_before)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt
     real(rp), intent(out) :: stress_fraction_before
+    logical :: is_far                           !! no tool may touch metal before the next sort
 
     associate (method => sim%scene%method, step => sim%step)
-      stress_fraction_before = merge(0.5_rp, 0.0_rp, method%scheme == scheme_usavg)
+      step%scheme = method%scheme
+      if (step%scheme /= scheme_usl .and. size(sim%tool) > 0) then
+        is_far = sim%world%all_true(sim%particles%n_far == sim%particles%n_awake)
+        if (.not. is_far) step%scheme = scheme_usl
+      end if
+      stress_fraction_before = merge(0.5_rp, 0.0_rp, step%scheme == scheme_usavg)
+      sim%pairs%averages_motion = step%scheme == scheme_usavg
+      sim%clock%scales_light = step%scheme == scheme_usl
       step%attempted_dt = dt
       step%force_time = sim%clock%time + stress_fraction_before*dt
       step%pic = method%pic

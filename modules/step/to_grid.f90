@@ -29,8 +29,8 @@ contains
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
 
     call clear_nodes(sim%nodes, g)
-    if (sim%scene%method%scheme == scheme_usl) call clear_volume(sim%scene, sim%nodes)
-    if (sim%nodes%n_groups == 1 .and. sim%scene%method%scheme == scheme_usl) then
+    if (sim%step%scheme == scheme_usl) call clear_volume(sim%scene, sim%nodes)
+    if (sim%nodes%n_groups == 1 .and. sim%step%scheme == scheme_usl) then
       call map_and_sum(sim, g)
       return
     end if
@@ -38,7 +38,7 @@ contains
     call layer_and_tractions_to_grid(sim, g)
     call sim%timer%lap(ph_to_grid)
     call sum_nodes(sim%world, sim%scene, sim%nodes, sim%boundary, g)
-    if (sim%scene%method%scheme == scheme_usl) call sum_volume(sim%world, sim%scene, sim%nodes)
+    if (sim%step%scheme == scheme_usl) call sum_volume(sim%world, sim%scene, sim%nodes)
     call sim%timer%lap(ph_exchange)
   end subroutine particles_to_grid
 

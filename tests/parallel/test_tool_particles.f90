@@ -9,7 +9,6 @@ program test_tool_particles
   use node_samples, only: all_of, map_particles, set_velocity
   use particles_store, only: f_bbar, f_jac, f_pos, f_tau, f_temp
   use simulation_parts, only: free_simulation, simulation_t
-  use simulation_scene, only: scheme_musl, scheme_usl
   use step_constraints, only: apply_boundary
   use step_samples, only: add_tool, box_tool, fill, h, make_flow, noise, number_of, plane_tool, &
                           room_temperature, settle, shake, shoulder_tool, sphere_tool, start_scene
@@ -51,7 +50,6 @@ contains
       w = 40.0_rp*(w - [0.5_rp, 0.5_rp, 1.5_rp])
       call start_scene(sim, [5, 5, 2], 3, 1)
       if (mod(i, 3) == 0) call make_flow(sim, 1.0e8_rp)
-      sim%scene%method%scheme = merge(scheme_musl, scheme_usl, i > 5)
       select case (mod(i, 5))
       case (0)
         call add_tool(sim, plane_tool([0.0_rp, -0.6_rp, -0.8_rp]), &
@@ -102,13 +100,12 @@ contains
     integer, intent(inout) :: n(2)
     type(rigid_t) :: rigid
     real(rp) :: closing, gap, half, normal(3), off, room, slip(3), u(3), x(3), zone
-    logical :: at_surface, can_flow, is_equal, is_listed, is_near, is_whole, touches
+    logical :: can_flow, is_equal, is_listed, is_near, is_whole, touches
     integer :: b, c, p
 
     rigid = sim%tool(1)%mean_motion(sim%clock%time, dt)
     can_flow = allocated(sim%scene%material(1)%flow)
-    at_surface = can_flow .or. sim%scene%method%scheme == scheme_usl
-    zone = merge(0.02_rp*h, 0.0_rp, at_surface)
+    zone = 0.02_rp*h
     half = 0.25_rp*h
     is_equal = .true.
     is_whole = .true.
@@ -117,9 +114,9 @@ contains
       do p = 1, sim%particles%count(b)
         x = sim%particles%ps(p, f_pos:f_pos + 2, b)
         call sim%tool(1)%distance(x, gap, normal, room)
-        u = v + matmul(l, x - merge(half, 0.0_rp, at_surface)*normal)
+        u = v + matmul(l, x - half*normal)
         if (.not. can_flow) u = u + matmul(l, to_covered(sim, x, normal, room) &
-                                              *(1.0_rp - merge(abs(normal), 0.0_rp, at_surface)))
+                                              *(1.0_rp - abs(normal)))
         call sim%tool(1)%distance(x + dt*u, gap, normal, room)
         gap = gap - half
         call find_closing_velocity(dt, dt, zone, &
@@ -128,7 +125,7 @@ contains
                                    u - rigid%velocity_at(x - half*normal + 0.5_rp*dt*u), closing, &
                                    slip)
         touches = gap < zone .and. closing > 0.0_rp
-        is_near = at_surface .and. sim%tool(1)%friction_coefficient > 0.0_rp .and. gap < half
+        is_near = sim%tool(1)%friction_coefficient > 0.0_rp .and. gap < half
         n = n + merge([1, 0], [0, 1], touches)
         is_listed = .false.
         do c = 1, sim%contact%n

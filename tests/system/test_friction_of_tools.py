@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Friction of a rigid tool on elastic metal: torsion that must remain, coefficients that depend on the speed of sliding."""
+"""A rigid tool on elastic metal: rest with every scheme, torsion that must remain, coefficients of the speed of sliding."""
 
 import numpy as np
 import pytest
@@ -60,3 +60,33 @@ def test_coefficient_of_the_speed_of_sliding(run, tmp_path, at, factor):
     ratio = np.mean(np.abs(history["t_force_x[N]"][late])) / np.mean(history["t_force_z[N]"][late])
     print("mu", ratio, "exact", np.interp(4.0, at, factor))
     assert ratio == pytest.approx(np.interp(4.0, at, factor), rel=5e-3)
+
+
+@pytest.mark.parametrize("shape", ["ugimp", "bspline"])
+@pytest.mark.parametrize("scheme", ["usl", "musl", "usavg"])
+def test_column_under_a_tool_rests(run, tmp_path, scheme, shape):
+    """Exact: a column of 16 cells that a plane has compressed by d, and then shears, rests at the step of the method: force
+    E' A d/L in uniaxial strain to 0.5 %, and less than a ten-thousandth of the energy in motion. MUSL and USAVG would gain energy in
+    every step that is not of USL."""
+    scene = tmp_path / "column.nml"
+    scene.write_text(f"""&GRID CELL=1e-3, LOWER=0,0,-2e-3, UPPER=2e-3,2e-3,19e-3, PERIODIC='xy' /
+&TIME END=0.4e-3, MASS_SCALING=1 /
+&METHOD SHAPE='{shape}', SCHEME='{scheme}' /
+{METAL}0.33 /
+&BODY NAME='b', MATERIAL='m' /
+&SHAPE BODY='b', LOWER=0,0,0, UPPER=2e-3,2e-3,16e-3 /
+&WALL SIDE='zmin', POSITION=0, KIND='fixed' /
+&TOOL NAME='t', KIND='plane', POSITION=0,0,16e-3, NORMAL=0,0,-1, FRICTION=0.3 /
+&MOTION TOOL='t', DURATION=58e-6, VELOCITY=0,0,-0.0771, RAMP=29e-6 /
+&MOTION TOOL='t', DURATION=40e-6, VELOCITY=0.01,0,0, RAMP=10e-6 /
+&MOTION TOOL='t', RAMP=10e-6 /
+&OUTPUT HISTORY_INTERVAL=5e-6 /
+""")
+    history = run(scene, "--quiet").results("column").history()
+    late = history["time[s]"] > 0.2e-3
+    way = 0.0771 * (58e-6 - 0.5 * 29e-6 + 0.5 * 10e-6)  # [m]
+    exact = MODULUS * 0.67 / (1.33 * 0.34) * 4e-6 * way / 16e-3
+    force = history["t_force_z[N]"][late]
+    print(scheme, shape, "force over the exact one", force.min() / exact, force.max() / exact)
+    assert force == pytest.approx(exact, rel=5e-3)
+    assert history["kinetic[J]"][late].max() < 1e-4 * history["elastic[J]"][late].min()
