@@ -205,8 +205,8 @@ contains
       call log_line(text//': MASS_SCALING = '//str(allowed_scaling(self, scene, clock, history))// &
                     ' would make that '//str(100.0_rp*scene%method%inertial_fraction)//' %')
     end if
-    if (sim%history%row_inertia%load(1) > 0.0_rp) call log_line('loads of the tools are up to '// &
-      str(contact_relaxation(sim%clock, maxval(sim%scene%grid%h)))// &
+    if (history%row_inertia%load(1) > 0.0_rp) call log_line('loads of the tools are up to '// &
+      str(contact_relaxation(clock, maxval(scene%grid%h)))// &
       ' s early, since gaps close slowly: their change in that time is in doubt')
   end subroutine log_inertial_stress
 
