@@ -55,7 +55,7 @@ class StirredLayer(Problem):
             "OUTPUT.HISTORY_INTERVAL": p["time"] / 100,
             "OUTPUT.CHECKPOINT_INTERVAL": p["time"],
             "OUTPUT.FRAME_INTERVAL": p["time"] - self.way(n, p) / p["speed"],
-        }
+        } | ({"METHOD.LAYER_FLOW": True} if p.get("layer_flow") else {})
 
     def grid(self, h, p):
         """Cubes, or cells as deep as `finest` [m] at the surface and growing down from half a millimetre on."""
@@ -98,6 +98,7 @@ class StirredLayer(Problem):
         v = self.velocities(run, n, p, layer, layers)
         edges = np.concatenate([[0.0], np.cumsum([state.mass[layer == k].sum() for k in layers]) / (8960.0 * h**2)])
         exact = [mean_over(wanted["v"], top, bottom) for top, bottom in zip(edges, edges[1:])]
+        figures["metal carried"] = np.dot(v, np.diff(edges)) / np.dot(exact, np.diff(edges))
         for deep in (0.5e-3, 1e-3, 2e-3):
             found, right = (math.exp(np.interp(deep, at, np.log(np.maximum(f, 1e-9)))) for f in (v, exact))
             figures[f"v at {1e3 * deep:g} mm"] = found / right
