@@ -239,7 +239,7 @@ def counted(folder, executable, checkpoint, ranks):
             many["awake_share"])
 
 
-# Of benchmarks/plate.nml: steps; lower corner of the grid [m], nodes.
+# Of benchmarks/plate.nml: number of steps, lower corner of the grid [m], number of nodes.
 START, LOWER, NODES = 2000, (-8e-3, -8e-3, 0.0), (57, 29, 11)
 
 

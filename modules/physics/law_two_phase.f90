@@ -69,9 +69,9 @@ contains
     call t%key('TP_INTERIOR', 'real', 1, '1/m2', 'required if LAW = two-phase', '(0,inf)', &
                'initial dislocation density inside the subgrains')
     call t%key('TP_F0', 'real', 1, '', '0.25 if LAW = two-phase', '(0,1)', &
-               'initial volume fraction of the walls')
+               'initial volume fraction of the cell walls')
     call t%key('TP_F_END', 'real', 1, '', '0.06 if LAW = two-phase', '(0,1)', &
-               'volume fraction of the walls at the end')
+               'volume fraction of the cell walls at large strain')
     call t%key('TP_GAMMA', 'real', 1, '', '3.2 if LAW = two-phase', '(0,inf)', &
                'shear strain in which the fraction of the walls falls')
     call t%key('TP_SIZE', 'real', 1, '', 'required if LAW = two-phase', '(0,inf)', &

@@ -21,7 +21,7 @@ contains
       'side of the grid on which it stands')
     call add_pair_keys(t)
     call t%key('KIND', 'choice', 1, '', 'sliding', 'fixed sliding', &
-      'holds everything, or only the normal')
+      'fixed: no velocity at the wall; sliding: no velocity normal to it')
     call t%key('POSITION', 'real', 1, 'm', '', '', &
       'coordinate of the wall; not given: at the side of the grid')
     call t%key('FRICTION', 'real', 1, '', '0 if KIND = sliding', '[0,inf)', &
@@ -41,7 +41,7 @@ contains
     call t%group('TRACTION', 'repeat', 'A force per area on the surface of a body.')
     call t%key('BODY', 'text', 1, '', 'required', '&BODY', 'NAME of the &BODY')
     call t%key('FACE', 'choice', 1, '', 'all', 'xmin xmax ymin ymax zmin zmax all', &
-      'faces of the body by the direction they look to')
+      'faces of the body, by the direction of their outward normal')
     call t%key('LOWER', 'real', 3, 'm', '', '', &
       'only faces whose particles start above this corner; not given: no limit')
     call t%key('UPPER', 'real', 3, 'm', '', '', &
@@ -150,11 +150,11 @@ contains
       'which heat goes straight away from the face, a body of one temperature, or more of the '// &
       'metal of the body itself, without end')
     call t%key('BACKING_CONDUCTIVITY', 'real', 1, 'W/(m K)', 'required if BACKING = plate', &
-      '(0,1e6]', 'of the plate')
+      '(0,1e6]', 'thermal conductivity of the plate')
     call t%key('BACKING_DENSITY', 'real', 1, 'kg/m3', 'required if BACKING = plate', '(0,inf)', &
-      'of the plate')
+      'density of the plate')
     call t%key('BACKING_SPECIFIC_HEAT', 'real', 1, 'J/(kg K)', 'required if BACKING = plate', &
-      '[1,1e6]', 'of the plate')
+      '[1,1e6]', 'specific heat of the plate')
     call t%key('BACKING_THICKNESS', 'real', 1, 'm', '0 if BACKING = plate', '[0,inf)', &
       'of the plate; 0: without end')
     call t%key('BACKING_CAPACITY', 'real', 1, 'J/K', 'required if BACKING = lumped', '(0,inf)', &

@@ -56,8 +56,8 @@ contains
     type(key_table_t), intent(inout) :: t
 
     call t%key('STIFFNESS', 'real', 1, 'N/m', '0', '[0,inf)', &
-      'of the machine between slide and tool, along the axis of the tool: &MOTION moves the '// &
-      'slide; 0: rigid')
+      'stiffness of the machine between its slide and the tool, along the axis of the tool; '// &
+      '&MOTION moves the slide; 0: rigid')
     call t%key('MASS', 'real', 1, 'kg', '', '(0,inf)', &
       'what moves with the tool along its axis, if it has a STIFFNESS or a FORCE; scaled by '// &
       'MASS_SCALING; not given: that of metal under it, RADIUS^3 pi^2/4')

@@ -267,8 +267,8 @@ contains
       method%adapts_mass = any(range > 0.0_rp)
       if (.not. method%adapts_mass) return
       if (range(1) < 1.0_rp .or. range(2) < range(1)) then
-        call input%report('TIME', 1, 'MASS_SCALING_RANGE', 'must be two factors from 1 on, the '// &
-                          'larger one last')
+        call input%report('TIME', 1, 'MASS_SCALING_RANGE', 'must be two factors of at least 1, '// &
+                          'the larger one last')
       else if (method%fixed_dt > 0.0_rp) then
         call input%report('TIME', 1, 'MASS_SCALING_RANGE', 'is of no use with DT')
       else if (input%count('FIELD') > 0) then

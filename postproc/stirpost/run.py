@@ -82,7 +82,7 @@ class Run:
             print(f"warning: {text}", file=sys.stderr)
 
     def attempt(self, what: str, function: Callable[..., T], *arguments: Any) -> T | None:
-        """What a function gives, or None and a warning: what is damaged does not take along what is not."""
+        """The result of a function, or None and a warning if its data are damaged, so that the rest of the report is made."""
         try:
             return function(*arguments)
         except Exception as problem:  # whatever a damaged file leads to

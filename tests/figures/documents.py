@@ -90,7 +90,7 @@ def find(text, words):
 
 
 def span(text, words):
-    """Where `words` (numbers and all) stand; None if not just once."""
+    """Position of `words`, with their numbers, in the text; None unless they occur exactly once."""
     found = list(re.finditer(re.sub(r"(?:\\?\s)+", r"\\s+", re.escape(words)), text))
     return found[0].span() if len(found) == 1 else None
 

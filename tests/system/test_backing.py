@@ -14,7 +14,7 @@ PLATE = re.compile(r"BACKING = 'plate'.*?/", re.DOTALL)
 
 
 def sets_of(metal, plate, hot, cold, depth=4.5e-3, cell=CELL, columns=1):
-    """The column of these materials until heat has gone sqrt(kappa t) = `depth`."""
+    """Temperatures of a column of these materials until the diffusion length sqrt(kappa t) is `depth`."""
     kappa = metal["CONDUCTIVITY"] / metal["DENSITY"] / metal["SPECIFIC_HEAT"]
     end = depth**2 / kappa
     sets = {f"MATERIAL.{key}": value for key, value in metal.items()}

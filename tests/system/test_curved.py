@@ -29,9 +29,9 @@ def whole(tmp_path_factory):
 
 
 def test_quarter_of_a_circle(whole):
-    """Places: those of the mean over RAMP of the circle, within the sagitta of the steps of 3 degrees, and the end of the file behind
-    it. The lowest point of the tool lies opposite to the direction of travel, within three degrees, from the plunge
-    on. Own measure: the force across the axis turns with it, within a tenth."""
+    """The tool follows the mean of the circle over RAMP, within the sagitta of the steps of 3 degrees, and then stops at the
+    last point of the file. The lowest point of the tool lies opposite to the direction of travel, within three degrees, from the plunge
+    on. The force across the axis turns with it, within a tenth."""
     results = whole(1)
     history = results.history()
     time, x, y, z, fx, fy = (history[name] for name in ("time[s]", "disc_x[m]", "disc_y[m]", "disc_z[m]", "disc_force_x[N]", "disc_force_y[N]"))

@@ -47,7 +47,7 @@ def test_force_below_the_limit_load(run, scaling):
 
 
 def test_force_above_the_limit_load(run):
-    """Own measure: the plate of 90 MPa bears 5.7 k pi R2 = 60 kN; with 90 kN the tool sinks on and on, with 20 kN it rests."""
+    """Estimate: the limit load of the plate of 90 MPa is 5.7 k pi R2 = 60 kN; under 90 kN the tool keeps sinking, under 20 kN it stops."""
     sets = {"TIME.MASS_SCALING": 1e3, "TIME.END": 8e-3}
     depth = []
     for force in (20e3, 90e3):

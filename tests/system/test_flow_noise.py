@@ -34,7 +34,7 @@ def off_linear(x, v):
 
 def test_velocities_of_frames(run):
     """Own measure: frames show the velocities with which particles move, of the squeezed block a linear field to 0.3 % of the
-    tool's speed; those that they carry are off by ten times as much."""
+    tool's speed; the velocities stored with the particles deviate ten times as much."""
     results = run("squeezed").results("squeezed")
     state = results.checkpoint()
     with h5py.File(results.directory / results.series()["files"][-1]["name"]) as file:

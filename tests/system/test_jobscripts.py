@@ -17,7 +17,7 @@ NOTE = '#!/bin/bash\nprintf "%s" "$(basename "$0")" >>"$NOTES"\nprintf "|%s" "$@
 @pytest.fixture
 def place():
     """A checkout in a path with blanks that all may enter (not so those of pytest), with packages and Python there,
-    and cmake and mpirun that only take notes."""
+    and a cmake and an mpirun that only record their calls."""
     with tempfile.TemporaryDirectory() as folder:
         yield furnished(pathlib.Path(folder))
 

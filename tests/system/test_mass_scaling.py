@@ -234,8 +234,8 @@ def test_error_of_a_travelling_disc_is_bounded(run, tmp_path, seed):
 
 
 @pytest.mark.parametrize("sets, message", [
-    ({"TIME.MASS_SCALING_RANGE": "10,5"}, "two factors from 1 on"),
-    ({"TIME.MASS_SCALING_RANGE": "0.5,5"}, "two factors from 1 on"),
+    ({"TIME.MASS_SCALING_RANGE": "10,5"}, "two factors of at least 1"),
+    ({"TIME.MASS_SCALING_RANGE": "0.5,5"}, "two factors of at least 1"),
     ({"TIME.MASS_SCALING_RANGE": "1,5", "TIME.DT": "1e-6"}, "of no use with DT"),
 ])
 def test_bad_ranges(run, tmp_path, sets, message):

@@ -20,7 +20,7 @@ for SLURM_ARRAY_TASK_ID in ${tasks//,/ }; do
 done
 exit ${status:-0}
 """
-# A node that goes down in the second case, after a checkpoint.
+# A compute node that fails during the second case, after a checkpoint.
 BROKEN = """#!/bin/bash
 [[ $* == *TOOL.FRICTION=.2* ]] || exec {program} "$@"
 {program} "$@" --set TIME.MAX_STEPS=100 && [[ $* == *--where* ]]

@@ -48,7 +48,7 @@ def effusivity(material):
 
 
 def column_sets(metal, tool, hot, cold, cell=2.5e-4, depth=4.5e-3):
-    """The column of these materials until heat has gone sqrt(kappa t) = `depth`."""
+    """Temperatures of a column of these materials until the diffusion length sqrt(kappa t) is `depth`."""
     kappa = metal["CONDUCTIVITY"] / metal["DENSITY"] / metal["SPECIFIC_HEAT"]
     end = depth**2 / kappa
     sets = {f"MATERIAL.{key}": value for key, value in metal.items()} | {f"TOOL.{key}": value for key, value in tool.items()}

@@ -376,7 +376,7 @@ def test_friction_that_is_refused(run, sets, message):
 
 
 def test_friction_of_a_fixed_wall(run, tmp_path):
-    """Exact: a wall that --set makes hold everything has no friction, as is said."""
+    """Exact: a wall that --set changes to KIND = 'fixed' has no friction, and a message says so."""
     text = (driver.INPUTS / "wall_friction.nml").read_text()
     (tmp_path / "held.nml").write_text(text.replace("FRICTION = 0.3", "KIND = 'fixed'"))
     held = run("held.nml", "--quiet").results("held").checkpoint()

@@ -293,7 +293,7 @@ def changed(scratch, constant, k):
 
 
 def moved(row, figure, value, base):
-    """By how many tolerances a figure is moved."""
+    """Change of a figure, in units of its tolerance."""
     exact, tolerance = row.figures[figure]
     scale = tolerance * (abs(base) if exact is None else 1.0)
     return math.inf if math.isnan(value) else abs(value - base) / scale

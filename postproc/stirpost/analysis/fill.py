@@ -91,7 +91,7 @@ def deposit(x: np.ndarray, edge: np.ndarray, axes: tuple[np.ndarray, ...], step:
 
 
 class Missing:
-    """What is missing on a raster with STEPS over the edge of a particle, and where disorder does not explain it."""
+    """Points without metal, on a raster with STEPS points along the edge of a particle, and those that disorder does not explain."""
 
     def __init__(self, missing: np.ndarray):
         self.missing, shape = missing, missing.shape

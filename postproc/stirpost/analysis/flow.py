@@ -191,7 +191,7 @@ class Flow:
         return result
 
     def flash(self) -> dict:
-        """Highest metal connected to its body above the first face, by side [m]; debris apart."""
+        """Height of the metal above the first face on each side [m], without debris that has left its body."""
         top = self.x[:, 2] + 0.5 * self.edge0 - self.face
         found = {"debris_pieces": self.pieces, "debris_particles": int((~self.whole).sum())}
         side = self.side(self.x)

@@ -183,8 +183,8 @@ def process_table(run: Run) -> Process | None:
 
 
 def measures(run: Run) -> dict[str, float]:
-    """What studies compare, with units: of the run, and of the tool with the most work after its plunge (all of its
-    contact where it has no other phase)."""
+    """Quantities that studies compare, with units: of the run, and of the tool that does the most work after its plunge
+    (during all of its contact if it only plunges)."""
     found: dict[str, float] = {}
     history = run.history
     if history is not None:

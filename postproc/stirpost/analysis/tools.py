@@ -132,7 +132,7 @@ def tools_of(history: Table | None) -> list[Tool]:
 
 
 def main_tool(history: Table | None) -> Tool | None:
-    """Of the tools whose place is known, that with the most work."""
+    """The tool that does the most work, among those whose position is known."""
     return next((tool for tool in tools_of(history) if tool.has_pose), None)
 
 

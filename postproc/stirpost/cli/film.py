@@ -84,7 +84,7 @@ class Film:
         self.norm, self.colours, self.label = self.scale()
 
     def turned(self, points: np.ndarray) -> np.ndarray:
-        """Along the way, to its left, up [m]."""
+        """Coordinates along the path of the tool, to its left and upwards [m]."""
         left = np.array([-self.tool_path.along[1], self.tool_path.along[0]])
         flat = points[:, :2] - self.tool_path.place[0]
         return np.column_stack([flat @ self.tool_path.along, flat @ left, points[:, 2]])

@@ -133,7 +133,7 @@ class Solid:
             self.widths = float(keys["width_lower"]), float(keys["width_upper"])
 
     def holds(self, x: np.ndarray) -> np.ndarray:
-        """Which of the points (n, 3) lie in it."""
+        """Whether each of the points (n, 3) is inside the shape."""
         if self.kind in ("box", "trapezoid"):
             inside = ((x >= self.low) & (x < self.high)).all(axis=1)
             if self.kind == "trapezoid":

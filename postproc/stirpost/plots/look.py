@@ -143,7 +143,7 @@ def whole_ticks(axis, width: float, height: float) -> None:
 
 
 def colour_bar(figure, norm, colours, strip, label: str, extend: str = "neither", **more) -> None:
-    """Beside panels that were laid out by hand; numbers of a logarithmic scale are written out."""
+    """Colour bar beside panels of given positions; a logarithmic scale has plain numbers."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LogNorm
 
