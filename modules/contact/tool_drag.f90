@@ -190,9 +190,9 @@ contains
     fullness = max(0.0_rp, 1.0_rp - max(0.0_rp, void)/disorder)
   end function fullness
 
-  !> Mean velocity of the layer under the face of a turning tool over that under a plane face: at the
-  !> distance z from a pin of radius r the shear stress is less by 2 z/r, and the shear rate, with the
-  !> rate sensitivity S of the stress, by the factor exp(-2 z/(r S)).
+  !> Mean velocity of the layer under the face of a turning tool over that under a plane face. At
+  !> the distance z from a pin of radius r the shear stress is less by 2 z/r, and the shear rate,
+  !> with the rate sensitivity S of the stress, by the factor exp(-2 z/(r S)).
   pure real(rp) function curved_part(t, rigid, x) result(part)
     type(contact_particle_t), intent(in) :: t
     type(rigid_t), intent(in) :: rigid
