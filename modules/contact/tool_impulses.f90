@@ -31,7 +31,6 @@
 module contact_tool_impulses
   use base_kinds, only: rp
   use boundary_symmetry, only: r_velocity, restore
-  use contact_tool_drag, only: add_carried, find_drag, pack_layer
   use contact_tool_limits, only: find_sliding_limits, molten_limit
   use contact_tool_loads, only: record_tool_load, give_heat, strain_surface
   use contact_tool_particles, only: find_contact_particles, relaxation_time, update_surface_offset
@@ -83,7 +82,6 @@ contains
 
     call restore_masses(sim%scene, sim%contact)
     call add_impulses(sim, sim%tool(k), dt, g)
-    if (sim%scene%layout%drag > 0) call add_carried(sim%contact, dt)
     sim%contact%local_values = sim%contact%values(:n_values, :)
     call reflect_values(sim%scene, sim%contact)
   end subroutine find_impulses
@@ -102,11 +100,9 @@ contains
     call update_surface_offset(sim, dt, g)
     call store_contact_history(sim, sim%tool(k)%friction_law, dt)
     call strain_surface(sim%scene, sim%particles, sim%contact, dt)
-    call pack_layer(sim%scene, sim%particles, sim%contact, sim%budget)
     rigid = sim%tool(k)%mean_motion(sim%clock%time, dt)
     call record_tool_load(sim%nodes, sim%contact, rigid, sim%tool(k), g)
     call give_heat(sim%scene, sim%particles, sim%contact, rigid, dt, sim%tool(k))
-    call find_drag(sim%scene%layout%drag, sim%particles, sim%contact, rigid, dt)
   end subroutine apply_impulses
 
   !> List the nodes with mass near the tool, or in the bounding box of a finite one: the same on all
@@ -210,7 +206,7 @@ contains
     type(simulation_t), intent(inout) :: sim
     type(tool_t), intent(in) :: tool
     real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
-    real(rp) :: counted, kept, lasting, least, push, returned, s(5), slip(3), values(v_transition)
+    real(rp) :: counted, kept, lasting, least, push, returned, s(5), slip(3), values(n_values)
     integer :: e, p
 
     least = min_node_inertia(sim%scene, sim%clock)

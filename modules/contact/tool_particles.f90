@@ -146,14 +146,6 @@ contains
                                    near%ps(p, sim%scene%layout%surface_offset), p, &
                                    sim%scene%layout%n, near%ps, w, first)
       particle%mass = sim%clock%mass_scaling*near%ps(p, f_mass)
-      particle%own_mass = near%ps(p, f_mass)
-      if (sim%scene%layout%drag > 0) then
-        particle%slope(:, 1) = w(p, 10:12)
-        particle%slope(:, 2) = w(p, 13:15)
-        particle%slope(:, 3) = w(p, 16:18)
-        particle%drag = near%ps(p, sim%scene%layout%drag:sim%scene%layout%drag + 2)
-        particle%void = near%ps(p, sim%scene%layout%void)
-      end if
       particle%coulomb_impulse = near%ps(p, sim%scene%layout%coulomb_reserve)
       particle%spacing = sim%scene%spacing_of(near%body, near%ps(p, :))
       particle%cell_edges = sim%nodes%patch%edges_at(near%ps(p, f_pos:f_pos + 2))

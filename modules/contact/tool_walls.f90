@@ -11,7 +11,6 @@
 !> part of the values of the node in front, which a rank may store without the one behind.
 module contact_tool_walls
   use base_kinds, only: rp
-  use simulation_conditions, only: wall_t
   use simulation_parts, only: boundary_t, simulation_t
   use simulation_run, only: e_wall
   use simulation_scene, only: scene_t
@@ -22,7 +21,7 @@ module contact_tool_walls
   private
 
   public :: find_separate_sides, mark_held, reflect_masses, reflect_values, restore_masses, &
-            restore_fractions, record_wall_impulse, stop_at_wall
+            restore_fractions, record_wall_impulse
 
   real(rp), parameter :: slack = 1.0e-9_rp   !! tolerance of a velocity component along a plane
 
@@ -235,19 +234,5 @@ contains
       end associate
     end subroutine add_local
   end subroutine record_wall_impulse
-
-  !> Shorten a displacement so that the surface of a particle does not enter a wall.
-  pure subroutine stop_at_wall(wall, x, spacing, step)
-    type(wall_t), intent(in) :: wall
-    real(rp), intent(in) :: x(3), spacing(3)   !! position and spacing of the particle [m]
-    real(rp), intent(inout) :: step(3)         !! displacement [m]
-    real(rp) :: room, sense
-
-    associate (a => wall%axis)
-      sense = merge(1.0_rp, -1.0_rp, wall%faces_up)
-      room = sense*(x(a) - wall%position) - 0.5_rp*spacing(a)
-      step(a) = sense*max(sense*step(a), -max(0.0_rp, room))
-    end associate
-  end subroutine stop_at_wall
 
 end module contact_tool_walls

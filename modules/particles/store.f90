@@ -56,7 +56,6 @@ module particles_store
     !> Unused impulse of Coulomb friction [N s], or mean Coulomb force [N] (contact_tool_impulses).
     integer :: coulomb_reserve = 0
     integer :: tool_force = 0       !! sustained force of tools [N], 3 (contact_tool_impulses)
-    integer :: drag = 0             !! velocity of the layer at a tool [m/s], 3 (contact_tool_drag)
     integer :: void = 0             !! empty part of the room around a particle, < 0: packed (metal)
     integer :: surface_offset = 0   !! distance from centre to surface, in half spacings (tools)
     !> For each tool that absorbs heat, since the last conduction step: contact area times time [m2

@@ -95,9 +95,6 @@ contains
       'average the volume ratio over the particles of a cell in every step, against volumetric '// &
       'locking; not given: where metal flows, by a part that follows from its rate, and all of '// &
       'it in bodies with a Poisson ratio above 0.42')
-    call t%key('LAYER_FLOW', 'logical', 1, '', '.false.', '', &
-      'metal in the shear layer under a tool, which cells do not resolve, moves along with it; '// &
-      'for TRANSFER = flip')
     call t%key('SELECTIVE_SCALING', 'choice', 1, '', 'auto', 'off auto on', &
       'nodes with little mass have more inertia, which allows longer steps; auto: with '// &
       'B-splines, cubic cells, two or more particles along each axis of one, MASS_SCALING, '// &

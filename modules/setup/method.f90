@@ -76,12 +76,7 @@ contains
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
     integer :: b
-    logical :: has_layer_flow
 
-    has_layer_flow = input%logical('METHOD', 1, 'LAYER_FLOW')
-    if (has_layer_flow .and. scene%method%transfer /= transfer_flip) then
-      call input%report('METHOD', 1, 'LAYER_FLOW', 'needs TRANSFER = flip')
-    end if
     do b = 1, size(scene%body)
       associate (body => scene%body(b), material => scene%material(scene%body(b)%material))
         body%averaging = average_never
@@ -98,9 +93,6 @@ contains
       if (.not. method%has_mechanics .or. method%transfer /= transfer_flip) return
       method%shows_motion = any([(scene%can_flow(scene%body(b)%group), b=1, size(scene%body))])
       if (method%shows_motion) call scene%layout%add(1, 'empty part of its room', scene%layout%void)
-      if (method%shows_motion .and. input%count('TOOL') > 0 .and. has_layer_flow) then
-        call scene%layout%add(3, 'velocity of the layer at a tool', scene%layout%drag)
-      end if
     end associate
   end subroutine read_flow
 

@@ -7,7 +7,7 @@ module simulation_tool_lists
   implicit none (type, external)
   private
 
-  public :: add_values, candidates_t, contact_particle_t, drag_t, impulse_of, load_return, &
+  public :: add_values, candidates_t, contact_particle_t, impulse_of, load_return, &
             tool_contact_t
 
   ! Indices of the values that touching particles add to a node:
@@ -16,10 +16,8 @@ module simulation_tool_lists
     v_stick = 4, &         !! impulse that would stop the slip [N s], 3 components
     v_coulomb = 7, &       !! Coulomb limit, of this step and kept [N s]
     v_max_friction = 8, &  !! largest friction, by strength and law [N s]
-    v_transition = 9, &    !! friction at which the law changes its form [N s]
-    v_mass = 10, &         !! mass of the particles, by the weights of their centres [kg]
-    v_carried = 11         !! mass that the layer under the face carries to the node [kg]
-  integer, parameter, public :: n_values = 11
+    v_transition = 9       !! friction at which the law changes its form [N s]
+  integer, parameter, public :: n_values = 9
   !> Values of both sides, the second for nodes behind planes with `has_separate_sides`.
   integer, parameter, public :: n_both = 2*n_values
 
@@ -59,11 +57,6 @@ module simulation_tool_lists
     integer :: entry(27) = 0  !! entries of the nodes of the particle in the list; 0: not listed
     real(rp) :: weight(27) = 0.0_rp             !! weights of the particle surface at the nodes
     real(rp) :: mass = 0.0_rp                   !! inertial mass [kg]
-    real(rp) :: own_mass = 0.0_rp               !! mass without mass scaling [kg]
-    real(rp) :: slope(3, 3) = 0.0_rp            !! derivatives of `w_centre` [1/m]
-    !> Mean velocity of the layer metal relative to the particle, in the last step [m/s].
-    real(rp) :: drag(3) = 0.0_rp
-    real(rp) :: void = 0.0_rp                   !! empty part of its room [-]
     real(rp) :: normal(3) = 0.0_rp              !! unit vector out of the tool
     real(rp) :: cell_edges(3) = 0.0_rp          !! edges of the cell of the particle [m]
     real(rp) :: spacing(3) = 0.0_rp             !! initial edges of the particle [m]
@@ -104,15 +97,7 @@ module simulation_tool_lists
     real(rp) :: excess_velocity = 0.0_rp
   end type contact_particle_t
 
-  !> Displacement of a particle at the end of the step by the layer under the face of a tool.
-  type :: drag_t
-    integer :: block = 0, lane = 0
-    real(rp) :: step(3) = 0.0_rp                !! [m]
-  end type drag_t
-
   type :: tool_contact_t
-    integer :: n_dragged = 0                   !! displacements by all tools in the step
-    type(drag_t), allocatable :: drag(:)
     integer :: n = 0                           !! number of particles
     type(contact_particle_t), allocatable :: particle(:)
     integer :: n_nodes = 0
@@ -137,7 +122,7 @@ module simulation_tool_lists
     !> Components that a mirror reflects with a change of sign, (3, n_nodes).
     logical, allocatable :: is_folded(:, :)
   contains
-    procedure :: reset, add_drag, add_node, add_particle_in_contact, prepare, find_nodes
+    procedure :: reset, add_node, add_particle_in_contact, prepare, find_nodes
   end type tool_contact_t
 
 contains
@@ -152,7 +137,6 @@ contains
     self%field = [(i, i=1, n_conduction), f_plastic, f_rate, layout%surface_offset, &
                   layout%coulomb_reserve, (layout%tool_force + i, i=0, 2), &
                   (layout%law + i, i=0, layout%n_law - 1)]
-    if (layout%drag > 0) self%field = [self%field, layout%void, (layout%drag + i, i=0, 2)]
     if (with_stress) self%field = [self%field, (f_tau + i, i=0, 5)]
     if (layout%half > 0) self%field = [self%field, (layout%half + i, i=0, 2)]
     if (layout%edges > 0) self%field = [self%field, (layout%edges + i, i=0, 2)]
@@ -239,22 +223,6 @@ contains
     self%particle(self%n) = particle
   end subroutine add_particle_in_contact
 
-  !> Append the displacement of a particle.
-  pure subroutine add_drag(self, drag)
-    class(tool_contact_t), intent(inout) :: self
-    type(drag_t), intent(in) :: drag
-    type(drag_t), allocatable :: longer(:)
-
-    if (.not. allocated(self%drag)) allocate (self%drag(64))
-    if (self%n_dragged == size(self%drag)) then
-      allocate (longer(2*self%n_dragged))
-      longer(1:self%n_dragged) = self%drag
-      call move_alloc(longer, self%drag)
-    end if
-    self%n_dragged = self%n_dragged + 1
-    self%drag(self%n_dragged) = drag
-  end subroutine add_drag
-
   !> Allocate and clear the values of the listed nodes.
   pure subroutine prepare(self)
     class(tool_contact_t), intent(inout) :: self
@@ -327,13 +295,13 @@ contains
   !> Add a particle's values to its nodes.
   pure subroutine add_values(entry, weight, own, width, n, values)
     integer, intent(in) :: entry(27), width, n
-    real(rp), intent(in) :: weight(27), own(v_transition)
+    real(rp), intent(in) :: weight(27), own(n_values)
     real(rp), intent(inout) :: values(width, n)
     integer :: i
 
     do i = 1, 27
       if (entry(i) == 0) cycle
-      values(:v_transition, entry(i)) = values(:v_transition, entry(i)) + weight(i)*own
+      values(:n_values, entry(i)) = values(:n_values, entry(i)) + weight(i)*own
     end do
   end subroutine add_values
 

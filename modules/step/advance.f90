@@ -9,7 +9,6 @@ module step_advance
   use boundary_symmetry, only: record_impulse, restore_velocities
   use contact_body_kept, only: keep_entries
   use contact_body_pairs, only: join_bodies
-  use contact_tool_drag, only: carry_metal
   use mpm_fbar, only: clear_volume, sum_volume
   use mpm_sweeps, only: grid_to_particles, momentum_to_grid, update_stress
   use simulation_nodes, only: clear_nodes, keep_light, recall_light, update_nodes
@@ -82,7 +81,6 @@ contains
     call sim%timer%lap(ph_nodes)
     call grid_to_particles(sim, dt, g_motion, g_strain, (1.0_rp - stress_fraction_before)*dt, &
                            outcome)
-    call carry_metal(sim%scene, sim%particles, sim%contact, dt, outcome)
     call sim%timer%lap(ph_to_particles)
     sim%step%last = outcome
     if (sim%probes%n > 0) then

@@ -14,9 +14,9 @@ module step_room
   use base_kinds, only: i8, nlane, rp
   use base_world, only: world_t
   use boundary_symmetry, only: r_momentum, reflect
-  use contact_tool_walls, only: stop_at_wall
   use mpm_blocks, only: gather_lanes, weights_of
   use particles_store, only: f_jac, f_mass, f_plastic, f_pos, particles_t
+  use simulation_conditions, only: wall_t
   use simulation_nodes, only: clear_nodes, nodes_t
   use simulation_parts, only: boundary_t, simulation_t
   use simulation_scene, only: scene_t
@@ -285,6 +285,20 @@ contains
       ps(p, f_pos:f_pos + 2) = ps(p, f_pos:f_pos + 2) + step
     end do
   end subroutine move_block
+
+  !> Shorten a displacement so that the surface of a particle does not enter a wall.
+  pure subroutine stop_at_wall(wall, x, spacing, step)
+    type(wall_t), intent(in) :: wall
+    real(rp), intent(in) :: x(3), spacing(3)   !! position and spacing of the particle [m]
+    real(rp), intent(inout) :: step(3)         !! displacement [m]
+    real(rp) :: room, sense
+
+    associate (a => wall%axis)
+      sense = merge(1.0_rp, -1.0_rp, wall%faces_up)
+      room = sense*(x(a) - wall%position) - 0.5_rp*spacing(a)
+      step(a) = sense*max(sense*step(a), -max(0.0_rp, room))
+    end associate
+  end subroutine stop_at_wall
 
   !> Shorten a displacement so that the surface of a particle does not enter a tool.
   pure subroutine stop_at(tool, x, half, step)

@@ -55,7 +55,7 @@ class StirredLayer(Problem):
             "OUTPUT.HISTORY_INTERVAL": p["time"] / 100,
             "OUTPUT.CHECKPOINT_INTERVAL": p["time"],
             "OUTPUT.FRAME_INTERVAL": p["time"] - self.way(n, p) / p["speed"],
-        } | ({"METHOD.LAYER_FLOW": True} if p.get("layer_flow") else {})
+        }
 
     def grid(self, h, p):
         """Cubes, or cells as deep as `finest` [m] at the surface and growing down from half a millimetre on."""
