@@ -12,6 +12,7 @@ module front_estimate
   use heat_alone_state, only: heat_run_t
   use output_writer, only: next_time
   use particles_store, only: f_pos
+  use run_balance, only: cost_by_rest
   use run_loop, only: advance, ended_well
   use run_regrid, only: regrid
   use simulation_parts, only: simulation_t
@@ -42,8 +43,6 @@ module front_estimate
   integer, parameter :: min_steps = 6     !! least number of measured steps
   !> Processor time of a rank for a position of the tool after which the measurement ends [s].
   real(rp), parameter :: time_limit = 0.4_rp
-  !> Time of a particle-step asleep, over that of one awake (docs/speed.md).
-  real(rp), parameter :: asleep_cost = 0.035_rp
   real(rp), parameter :: heat_time = 1.0_rp  !! measured processor time of heat-only runs [s]
   real(rp), parameter :: max_settling = 0.1_rp    !! largest share of the steps for settling
 
@@ -76,6 +75,7 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt                     !! first time step [s]
     type(cost_t), intent(out) :: cost
+    real(rp), parameter :: asleep_cost = cost_by_rest(2)   !! over that of an awake particle
     real(rp) :: awake, near, per_step, start
     integer :: i, n, parts
     logical :: ok

@@ -23,7 +23,8 @@ module run_balance
   ! (0.06 us). In the stirring plate of benchmarks/speed work at nodes takes 16.2 % of a step of
   ! 2.84 ms, and 1.1 % of it without a tool, for the 314 particles at the face: 1.37 us each, 22
   ! awake ones. Two ranks then wait 1 % of a step; with 9, 14 and 32 for each 9, 7 and 6 %.
-  real(rp), parameter :: cost_by_rest(0:2) = [1.0_rp, 0.04_rp, 0.035_rp]  !! awake, held, asleep
+  !> Awake, held, asleep.
+  real(rp), parameter, public :: cost_by_rest(0:2) = [1.0_rp, 0.04_rp, 0.035_rp]
   !> Cost added for each particle of a block in which one flows.
   real(rp), parameter :: flow_cost = 0.15_rp
   real(rp), parameter :: contact_cost = 22.0_rp  !! cost added for a particle in contact with a tool
