@@ -65,21 +65,22 @@ def rabe(metal, thickness, rpm, speed, left):
 
 
 TANG = ("AA6061-T6-weld", 6.4, 19.0, 6.4, 5.8)
+PRESSED = {"probe": (0.5, 5.0), "force": 14.0}
 WELDS = {
     "aa2024": weld("AA2024-T3-weld", 3.0, 18.0, 6.0, 2.4, 400, 2.0, tilt=1.0, concavity=10.0),
     "aa2024-pressed": weld("AA2024-T3-weld", 3.0, 18.0, 6.0, 2.4, 400, 2.0, tilt=1.0, concavity=10.0, force=21.5),
     "304l-300": weld("304L-weld", 3.18, 19.0, 8.0, 2.8, 300, 1.69),
     "304l-pressed": weld("304L-weld", 3.18, 19.0, 8.0, 2.8, 300, 1.69, force=31.0),
     "304l-500": weld("304L-weld", 3.18, 19.0, 8.0, 2.8, 500, 1.69),
-    "aa6061-300": weld(*TANG, 300, 2.0, probe=(0.5, 5.0)),
-    "aa6061-400": weld(*TANG, 400, 2.0, probe=(0.5, 5.0)),
-    "aa6061-650": weld(*TANG, 650, 2.0, probe=(0.5, 5.0)),
-    "aa6061-1000": weld(*TANG, 1000, 2.0, probe=(0.5, 5.0)),
+    "aa6061-300": weld(*TANG, 300, 2.0, **PRESSED),
+    "aa6061-400": weld(*TANG, 400, 2.0, **PRESSED),
+    "aa6061-650": weld(*TANG, 650, 2.0, **PRESSED),
+    "aa6061-1000": weld(*TANG, 1000, 2.0, **PRESSED),
     "copper-900": weld("copper-hot", 3.0, 12.0, 3.0, 2.9, 900, 0.67),
 } | {
     f"aa2524-{rpm}": weld("AA2024-T3-weld", 6.4, 20.3, 7.1, 6.1, rpm, 2.1) for rpm in (150, 300, 450, 600, 800)
 } | {
-    f"aa6061-650-{speed}": weld(*TANG, 650, float(speed), probe=(0.5, 5.0)) for speed in (1, 4)
+    f"aa6061-650-{speed}": weld(*TANG, 650, float(speed), **PRESSED) for speed in (1, 4)
 } | {
     f"aa5083-6082-{speed}": weld("AA5083-H116-weld", 3.0, 18.0, 5.0, 2.6, 560, speed / 60, probe=(0.5, 6.5), beside="AA6082-T6-weld")
     for speed in (100, 200, 300)    # [mm/min]
@@ -157,7 +158,7 @@ def text_of(name, variant=None, film=None, friction=None, radii=TRAVEL):
     return f"""&RUN TITLE = '{name}: {", ".join(metals)}, {w["thickness"]} mm, {w["rpm"]} rpm, {w["speed"]:.4g} mm/s' /
 &GRID CELL = {h * MM:.9g}, LOWER = {-4 * h * MM:.9g}, 0, 0, UPPER = {(size_x + 4 * h) * MM:.9g}, {size_y * MM:.9g}, {h * np.ceil((w["thickness"] + 2) / h + 6) * MM:.9g}
   GRADED = 'y', FINE = {(size_y / 2 - fine) * MM:.9g}, {(size_y / 2 + fine) * MM:.9g}, GROWTH = 1.3, LARGEST_CELL = {2 * h * MM:.9g} /
-&TIME END = {plunge / 2 + dwell + travel:.4g}, MASS_SCALING = {scaling:g} /
+&TIME END = {plunge / 2 + dwell + travel:.4g}, MASS_SCALING = {scaling:g}, ELASTIC_SCALING = 8 /
 {bodies}&TOOL NAME = 'tool', RADIUS = {radius * MM:.6g}, PIN_RADIUS = {w["pin"] / 2 * MM:.6g}, PIN_LENGTH = {w["length"] * MM:.6g}{details}
   HEIGHT = 8e-3, POSITION = {start * MM:.6g}, {size_y / 2 * MM:.6g}, {(w["thickness"] + w["length"] + above) * MM:.6g}, TILT_DEG = {w["tilt"]}
   {friction_of(name, friction)}

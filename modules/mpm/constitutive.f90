@@ -45,29 +45,37 @@ contains
 
   !> Voids that the grid does not resolve. Metal around a sphere that is the part `void` of its room
   !> carries at most the pressure 2/3 Y ln(1/void) with the flow stress Y, as it then flows into the
-  !> sphere (Carroll & Holt 1972, J. Appl. Phys. 43:1626). Where a particle has more, its volume
-  !> ratio grows to that of the limit, whose work is plastic work.
-  subroutine crush_voids(scene, budget, body, n, nf, ps)
+  !> sphere (Carroll & Holt 1972, J. Appl. Phys. 43:1626). Metal of the porosity f that flows at the
+  !> equivalent rate r under the pressure p is compacted at the rate 3/2 f sinh(3p/2Y) r (Gurson
+  !> 1977, J. Eng. Mater. Technol. 99:2), which takes the pressure: tanh(3p/4Y) falls exponentially
+  !> with the strain. The volume ratio grows to that of the pressure, whose work is plastic work.
+  subroutine crush_voids(scene, budget, dt, body, n, nf, ps)
     type(scene_t), intent(in) :: scene
     type(budget_t), intent(inout) :: budget
+    real(rp), intent(in) :: dt
     integer, intent(in) :: body, n, nf
     real(rp), intent(inout) :: ps(nlane, nf)
-    real(rp) :: before(nlane), energy(nlane), excess, limit, work(nlane)   !! work: [J]
-    integer :: p
+    real(rp) :: before(nlane), decay, energy(nlane), now, p, work(nlane)   !! work: [J]
+    integer :: i
 
-    associate (void => scene%layout%void)
+    associate (void => scene%layout%void, porosity => scene%layout%porosity)
       if (void == 0) return
-      if (all(ps(:n, void) <= 0.0_rp)) return
+      if (all(ps(:n, void) <= 0.0_rp .and. ps(:n, porosity) <= 0.0_rp)) return
       before = ps(:, f_jac)
       work = 0.0_rp
       associate (material => scene%material(scene%body(body)%material))
-        do p = 1, n
-          if (ps(p, void) <= 0.0_rp .or. ps(p, f_flow) <= 0.0_rp) cycle
-          limit = -2.0_rp/3.0_rp*ps(p, f_flow)*log(ps(p, void))
-          excess = -sum(ps(p, f_tau:f_tau + 2))/3.0_rp - limit
-          if (excess <= 0.0_rp) cycle
-          ps(p, f_jac) = before(p)*(1.0_rp + excess/material%k)
-          work(p) = ps(p, f_mass)/material%rho*limit*(ps(p, f_jac) - before(p))
+        do i = 1, n
+          p = -sum(ps(i, f_tau:f_tau + 2))/3.0_rp
+          if (p <= 0.0_rp .or. ps(i, f_flow) <= 0.0_rp) cycle
+          now = p
+          if (ps(i, void) > 0.0_rp) now = min(now, -2.0_rp/3.0_rp*ps(i, f_flow)*log(ps(i, void)))
+          if (ps(i, porosity)*ps(i, f_rate) > 0.0_rp) then
+            decay = exp(-2.25_rp*ps(i, porosity)*material%k/ps(i, f_flow)*ps(i, f_rate)*dt)
+            now = 4.0_rp/3.0_rp*ps(i, f_flow)*atanh(decay*tanh(0.75_rp*now/ps(i, f_flow)))
+          end if
+          if (now >= p) cycle
+          ps(i, f_jac) = before(i)*(1.0_rp + (p - now)/material%k)
+          work(i) = ps(i, f_mass)/material%rho*0.5_rp*(p + now)*(ps(i, f_jac) - before(i))
         end do
         if (all(abs(ps(:n, f_jac) - before(:n)) <= 0.0_rp)) return
         call material%change_volume(n, ps(1, f_mass), ps(1, f_temp), ps(1, f_bbar), before, &

@@ -207,7 +207,7 @@ contains
       if (sim%scene%layout%half > 0) call stretch_domains(dt_stress, l, &
                                                           ps(1, sim%scene%layout%half))
       call average_volume(sim, body, n, w, first, nf, ps)
-      call crush_voids(sim%scene, sim%budget, body, n, nf, ps)
+      call crush_voids(sim%scene, sim%budget, dt_stress, body, n, nf, ps)
       call record_external_work(sim%scene, sim%step, sim%budget, body, n, dt, v, dv, ps(1, f_mass))
       if (sim%scene%body(body)%is_forced()) then
         call record_prescribed_work(sim, body, n, dt, v, dv, nf, ps)

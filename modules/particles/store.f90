@@ -57,6 +57,7 @@ module particles_store
     integer :: coulomb_reserve = 0
     integer :: tool_force = 0       !! sustained force of tools [N], 3 (contact_tool_impulses)
     integer :: void = 0             !! empty part of the room around a particle, < 0: packed (metal)
+    integer :: porosity = 0         !! of metal around a particle, away from free surfaces
     integer :: surface_offset = 0   !! distance from centre to surface, in half spacings (tools)
     !> For each tool that absorbs heat, since the last conduction step: contact area times time [m2
     !> s] and heat of the face [J].

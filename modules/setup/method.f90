@@ -92,7 +92,9 @@ contains
       method%shows_motion = .false.
       if (.not. method%has_mechanics .or. method%transfer /= transfer_flip) return
       method%shows_motion = any([(scene%can_flow(scene%body(b)%group), b=1, size(scene%body))])
-      if (method%shows_motion) call scene%layout%add(1, 'empty part of its room', scene%layout%void)
+      if (.not. method%shows_motion) return
+      call scene%layout%add(1, 'empty part of its room', scene%layout%void)
+      call scene%layout%add(1, 'porosity of metal', scene%layout%porosity)
     end associate
   end subroutine read_flow
 

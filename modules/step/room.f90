@@ -73,6 +73,8 @@ contains
       call free_surface(sim%world, sim%scene, sim%nodes, sim%boundary, g(:, :, 1), mark(:, :, 1))
       do i = 1, sim%particles%n_awake
         b = turn_of(sim%particles, i)
+        call find_porosity(sim%scene, sim%nodes, sim%particles%body(b), sim%particles%count(b), &
+                           sim%particles%nf, sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, 1))
         if (.not. is_stirred(sim%scene, sim%particles, b)) cycle
         call move_block(sim%scene, sim%tool, sim%nodes, sim%particles%body(b), &
                         sim%particles%count(b), sim%particles%nf, sim%particles%ps(:, :, b), &
@@ -190,6 +192,21 @@ contains
     call gather_lanes(scene, nodes, body, n, nf, ps, l_excess, 1, g, rec, w, first, u)
     ps(:n, scene%layout%void) = sign(min(1.0_rp, max(0.0_rp, abs(u(:n, 1)) - disorder)), -u(:n, 1))
   end subroutine find_voids
+
+  !> Store the part of the room around the particles of a block that neither metal nor tools fill,
+  !> away from free surfaces.
+  subroutine find_porosity(scene, nodes, body, n, nf, ps, rec, g)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    integer, intent(in) :: body, n, nf
+    real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
+    real(rp), intent(in) :: g(8, nodes%patch%nn)
+    integer :: first(nlane)
+    real(rp) :: u(nlane, 1), w(nlane, 18)
+
+    call gather_lanes(scene, nodes, body, n, nf, ps, l_excess, 1, g, rec, w, first, u)
+    ps(:n, scene%layout%porosity) = min(1.0_rp, max(0.0_rp, -u(:n, 1)))
+  end subroutine find_porosity
 
   !> Mark the nodes of the particles that reach an open node.
   subroutine mark_surface(scene, nodes, body, n, nf, ps, rec, g, mark)

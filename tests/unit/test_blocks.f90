@@ -7,9 +7,12 @@ program test_blocks
   use check, only: begin_tests, end_tests, expect_close
   use mpm_blocks, only: advance_particles, body_work, force_records, kinetic_energy, max_half, &
                         min_half, momentum_records, stretch_domains
+  use mpm_constitutive, only: crush_voids
   use mpm_prescribed, only: start_fields
-  use particles_store, only: f_bbar, f_jac, f_pos, f_vel, n_fields, particles_t
+  use particles_store, only: f_bbar, f_flow, f_jac, f_mass, f_pos, f_rate, f_tau, f_temp, f_vel, &
+                             n_fields, particles_t
   use physics_field_waves, only: waves_t
+  use simulation_run, only: budget_t, e_plastic, e_stress
   use simulation_scene, only: scene_t
   implicit none (type, external)
 
@@ -33,6 +36,7 @@ program test_blocks
   call test_energies()
   call test_records()
   call test_fields()
+  call test_compaction()
   call end_tests()
 
 contains
@@ -198,5 +202,66 @@ contains
     end associate
     call particles%free()
   end subroutine test_fields
+
+  !> Porous metal that shears under pressure: dp = -K 3/2 f sinh(3p/2Y) de (Gurson 1977), integrated
+  !> with small steps of the midpoint rule; whole metal and metal at rest keep their pressure. Plastic
+  !> work is the elastic energy that is lost.
+  subroutine test_compaction()
+    integer, parameter :: steps = 7, fine = 2000
+    real(rp), parameter :: modulus = 70.0e9_rp, dt = 1.0e-4_rp
+    type(scene_t) :: scene
+    type(budget_t) :: budget
+    real(rp) :: ps(nlane, n_fields + 2), c, p0(nlane), exact(nlane), half, worst(2)
+    integer :: i, k
+
+    allocate (scene%material(1), scene%body(1))
+    scene%body(1)%material = 1
+    call scene%material(1)%set_elastic(modulus, 1.0_rp/3.0_rp)       ! K = E
+    scene%layout%void = n_fields + 1
+    scene%layout%porosity = n_fields + 2
+    call random_number(ps)
+    ps(:, f_flow) = 20.0e6_rp + 80.0e6_rp*ps(:, f_flow)
+    p0 = (0.1_rp + 2.0_rp*ps(:, f_tau))*ps(:, f_flow)
+    ps(:, f_jac) = sqrt(1.0_rp - 2.0_rp*p0/modulus)
+    ps(:, f_tau:f_tau + 5) = 0.0_rp
+    do k = 0, 2
+      ps(:, f_tau + k) = -p0
+    end do
+    ps(:, f_temp) = 700.0_rp
+    ps(:, f_rate) = 30.0_rp*ps(:, f_rate)
+    ps(:, n_fields + 1) = 0.0_rp
+    ps(:, n_fields + 2) = 0.1_rp*ps(:, n_fields + 2)
+    ps(1, f_rate) = 0.0_rp
+    ps(2, n_fields + 2) = 0.0_rp
+    do k = 1, steps
+      call crush_voids(scene, budget, dt, 1, n, n_fields + 2, ps)
+    end do
+    exact = p0/ps(:, f_flow)
+    do i = 1, n
+      c = 1.5_rp*modulus*ps(i, n_fields + 2)*ps(i, f_rate)*dt*steps/(fine*ps(i, f_flow))
+      do k = 1, fine
+        half = exact(i) - 0.5_rp*fall(exact(i), c)
+        exact(i) = exact(i) - fall(half, c)
+      end do
+    end do
+    exact = exact*ps(:, f_flow)
+    worst(1) = maxval(abs(ps(:n, f_tau) + exact(:n))/p0(:n))
+    worst(2) = abs(budget%sums(e_plastic) + 0.5_rp*sum(ps(:n, f_mass)/scene%material(1)%rho &
+                   *(exact(:n)**2 - p0(:n)**2)/modulus))/budget%sums(e_plastic)
+    call expect_close('pressure of porous metal that shears', worst(1), 0.0_rp, atol=0.01_rp)
+    call expect_close('of metal at rest and of whole metal', &
+                      maxval(abs(-ps(1:2, f_tau) - p0(1:2))/p0(1:2)), 0.0_rp, atol=1.0e-14_rp)
+    call expect_close('its plastic work', worst(2), 0.0_rp, atol=0.01_rp)
+    call expect_close('work less elastic energy', budget%sums(e_stress)/budget%sums(e_plastic), &
+                      0.0_rp, atol=0.01_rp)
+
+  end subroutine test_compaction
+
+  !> Fall of the pressure `p` in a small step in units of Y, c = K 3/2 f de/Y.
+  pure real(rp) function fall(p, c)
+    real(rp), intent(in) :: p, c
+
+    fall = c*sinh(1.5_rp*p)
+  end function fall
 
 end program test_blocks
