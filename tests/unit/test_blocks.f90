@@ -204,7 +204,7 @@ contains
   end subroutine test_fields
 
   !> Porous metal that shears under pressure: dp = -K 3/2 f sinh(3p/2Y) de (Gurson 1977), integrated
-  !> with small steps of the midpoint rule; whole metal and metal at rest keep their pressure. Plastic
+  !> with the midpoint rule; whole metal and metal at rest keep their pressure. Plastic
   !> work is the elastic energy that is lost.
   subroutine test_compaction()
     integer, parameter :: steps = 7, fine = 2000
