@@ -67,7 +67,8 @@ contains
     call print_line('ranks', str(world%size)//', up to '// &
                     str(nint(sim%scene%method%rebalance*100.0_rp - 100.0_rp))//' % imbalance')
     call print_line('memory', str(memory(1)*1.0e-6_rp)//' MB for particles and grid, '// &
-                    str(nint(memory(1)/real(sum(counts), rp)))//' bytes per particle')
+                    str(nint(memory(1)/real(sum(counts), rp)))//' bytes per particle, '// &
+                    str(8*(sim%particles%nf + 1))//' of them its own')
     if (sim%tracers%n > 0) call print_line('tracers', tracer_text(sim%tracers))
     call print_line('method', method(sim%scene))
     call print_line('time step', str(dt)//' s, limited by '//limited_by)

@@ -111,13 +111,14 @@ contains
     self%rec(1:8, 1:4, 1:nlane) => self%rec_memory
   end subroutine allocate_scratch
 
-  !> Memory of the grids and of volume averaging on this rank [bytes].
+  !> Memory of the grids, of volume averaging and of light nodes on this rank [bytes].
   pure integer(i8) function bytes(self)
     class(nodes_t), intent(in) :: self
 
     bytes = 64_i8*self%patch%nn*self%n_groups*count([associated(self%g), associated(self%g2), &
                                                      associated(self%increment)])
     if (allocated(self%volume)) bytes = bytes + 8_i8*size(self%volume, kind=i8)
+    if (allocated(self%light)) bytes = bytes + 8_i8*size(self%light, kind=i8)
   end function bytes
 
   subroutine free(self)
