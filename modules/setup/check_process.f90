@@ -132,18 +132,24 @@ contains
   !> Report a mass scaling chi with which the inertia of the metal that a tool pushes aside with
   !> speed v, chi rho v^2, exceeds the flow stress of the cold metal (at a strain of 1), so that the
   !> force of the run is that of inertia. Warn if the rim of a tool moves by more than a cell in a
-  !> step.
+  !> step. An adaptive mass scaling is judged by its smallest factor.
   subroutine check_mass_scaling(input, scene, tool, survey)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool
     type(tool_survey_t), intent(in) :: survey
     real(rp), parameter :: room = 298.0_rp   !! temperature of cold metal [K]
-    real(rp) :: admissible, rim, speed, stress, waves
+    real(rp) :: admissible, factor, rim, speed, stress, waves
+    character(:), allocatable :: key
     integer :: b
 
-    if (scene%method%mass_scaling <= 1.0_rp .or. .not. tool%has_shape()) return
-    if (scene%method%scaling_range(2) > 0.0_rp) return
+    key = 'MASS_SCALING'
+    factor = scene%method%mass_scaling
+    if (scene%method%scaling_range(2) > 0.0_rp) then
+      key = 'MASS_SCALING_RANGE'
+      factor = scene%method%scaling_range(1)
+    end if
+    if (factor <= 1.0_rp .or. .not. tool%has_shape()) return
     associate (phase => survey%phase)
       speed = maxval(phase%speed, mask=phase%depth > 0.0_rp .and. phase%depth < undefined &
                                        .and. phase%to > survey%touch .and. phase%name /= 'retract')
@@ -156,16 +162,16 @@ contains
       associate (material => scene%material(scene%body(b)%material))
         stress = flow_stress_of(material, min(room, input%real('BODY', b, 'TEMPERATURE')), 1.0_rp)
         if (speed > 0.0_rp) admissible = max(admissible, stress/(material%rho*speed**2))
-        waves = min(waves, material%wave_speed()/sqrt(scene%method%mass_scaling))
+        waves = min(waves, material%wave_speed()/sqrt(factor))
       end associate
     end do
-    if (admissible > 0.0_rp .and. scene%method%mass_scaling > admissible) then
-      call input%report('TIME', 1, 'MASS_SCALING', 'gives the metal that '//trim(tool%name)// &
+    if (admissible > 0.0_rp .and. factor > admissible) then
+      call input%report('TIME', 1, key, 'gives the metal that '//trim(tool%name)// &
                         ' pushes aside at '//str(mm*speed)//' mm/s an inertial stress above '// &
                         'its flow stress: forces are those of inertia. At most '// &
                         str(admissible))
     else if (scene%method%cfl*rim > waves .and. scene%method%fixed_dt <= 0.0_rp) then
-      call input%warn('TIME', 1, 'MASS_SCALING', 'the rim of '//trim(tool%name)//' moves by '// &
+      call input%warn('TIME', 1, key, 'the rim of '//trim(tool%name)//' moves by '// &
                       str(scene%method%cfl*rim/waves)//' cells in a step: flow near it is '// &
                       'coarse in time')
     end if

@@ -141,6 +141,9 @@ def test_inertia_above_strength(run, tmp_path, speed, passes):
     run("pin.nml", "--check=scene", sets=sets | {"TIME.MASS_SCALING": 1.01 * most}, expect=driver.BAD_INPUT)
     coarse = run("pin.nml", "--check=scene", sets=sets | {"TIME.MASS_SCALING": 0.99 * most})
     assert re.search(r"warning: &TIME MASS_SCALING .* cells in a step", coarse.err + coarse.out)
+    for factor, status in ((1.01 * most, driver.BAD_INPUT), (0.99 * most, driver.WELL)):   # of a range its smallest factor
+        adapts = {"TIME.MASS_SCALING": 2 * most, "TIME.MASS_SCALING_RANGE": f"{factor},{4 * most}"}
+        assert ("MASS_SCALING_RANGE" in run("pin.nml", "--check=scene", sets=sets | adapts, expect=status).err) or status == driver.WELL
 
 
 def test_depths_of_tools_that_pass_through_or_above(run, tmp_path):
