@@ -1,5 +1,6 @@
 """Pictures of the documents: each scene of docs/gallery.py has its picture, which is small; one is drawn here."""
 
+import json
 import re
 import subprocess
 import sys
@@ -10,6 +11,8 @@ from PIL import Image
 
 SCRIPT = driver.ROOT / "docs/gallery.py"
 PICTURES = driver.ROOT / "docs/pictures"
+sys.path.insert(0, str(SCRIPT.parent))
+EARLIER = {"shoulder", "butt", "lap"}  # pictures that are still of another input
 SCENES = ("quickstart", "copper", "pin", "shoulder", "butt", "dissimilar", "lap", "heat")
 
 
@@ -22,6 +25,22 @@ def test_picture_is_there(name):
         assert image.width >= 800 and len(image.convert("RGB").getcolors(1_000_000)) > 1000
     shown = re.findall(r"\]\(pictures/gallery_(\w+)\.png\)", (driver.ROOT / "docs/gallery.md").read_text(encoding="utf-8"))
     assert shown.count(name) == 1 and len(shown) == len(SCENES)
+
+
+def test_pictures_are_of_the_shipped_inputs(tmp_path, monkeypatch):
+    """Exact: each picture has the digest of its input as it is now; --stale lists those of another input."""
+    import gallery
+
+    made = json.loads(gallery.MADE.read_text(encoding="utf-8"))
+    assert sorted(made) == sorted(SCENES) == sorted(gallery.SCENES)
+    assert {name for name, of in made.items() if of["input"] != gallery.digest(gallery.SCENES[name][0])} == EARLIER
+    copy = tmp_path / "pin.nml"
+    for more, other in (("! a comment", False), ("&MORE /", True)):
+        copy.write_text(gallery.SCENES["pin"][0].read_text(encoding="utf-8") + more, encoding="utf-8")
+        monkeypatch.setitem(gallery.SCENES, "pin", (copy, 1.0))
+        listed = {line.split(" (")[0] for line in gallery.stale() if "another input" in line}
+        assert listed == EARLIER | ({"pin"} if other else set())
+        monkeypatch.undo()
 
 
 def test_a_run_that_is_there_is_drawn(run, tmp_path, monkeypatch):
