@@ -82,8 +82,21 @@ def test_lines_of_a_panel_can_be_told_apart():
     assert len({(kind["color"], kind["linestyle"]) for kind in kinds}) == 30
     time = np.linspace(0.0, 1.0, 20)
     table = Table([Column("time", "s", time)] + [Column(f"energy_{k}", "J", (1.0 + k) * time) for k in range(15)])
-    lines = [line for axis in curves.energies(table).axes for line in axis.lines]
+    axes = curves.energies(table).axes
+    lines = [line for axis in axes for line in axis.lines]
     assert len({(line.get_color(), line.get_linestyle()) for line in lines}) == 15
+
+
+def test_legends_lie_within_the_picture():
+    """However long their names are; the panels keep their size."""
+    time = np.linspace(0.0, 1.0, 20)
+    sizes = []
+    for name in ("e", "energy of a part with a name that is rather long for a legend"):
+        axes = curves.energies(Table([Column("time", "s", time)] + [Column(f"{name}_{k}", "J", (1.0 + k) * time) for k in range(20)])).axes
+        figure = axes[0].figure
+        sizes.append(axes[0].get_window_extent().width)
+        assert max(axis.get_legend().get_window_extent().x1 for axis in axes) <= figure.get_figwidth() * figure.dpi
+    assert sizes[0] == pytest.approx(sizes[1])
 
 
 def test_names_and_units_are_those_people_use():

@@ -143,6 +143,10 @@ def test_curves_take_every_group_that_is_there(plate):
     assert axes[-1].get_ylabel().startswith("audit error")
     drawn = sum(len(axis.lines) for axis in axes[:-1])
     assert drawn == sum(bool(np.any(column.values)) for column in history.with_unit("J"))
+    for axis, change in zip(axes, ([line.get_ydata()[0] for line in axis.lines] for axis in axes)):
+        assert not axis.get_ylabel().startswith("heat stored") or change == [0.0] * len(change)
+        legend, figure = axis.get_legend(), axis.figure
+        assert legend is None or legend.get_window_extent().x1 <= figure.get_figwidth() * figure.dpi
     only_time = Table([Column("time", "s", np.arange(3.0)), Column("step", "", np.arange(3.0))])
     assert curves.tool_loads(only_time) is None and curves.energies(only_time) is None
     assert curves.others(only_time) is None

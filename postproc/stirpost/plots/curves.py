@@ -106,13 +106,14 @@ def wall_loads(history: Table) -> Figure | None:
 
 
 def energies(history: Table) -> Figure | None:
-    """All energies that are not zero, large and small ones apart, and the error of their audit."""
+    """All energies that are not zero, large and small ones apart, and the error of their audit. Heat contents are those since the start."""
     sizes = {c.name: float(np.nanmax(np.abs(c.values), initial=0.0)) for c in history.with_unit("J")}
-    largest = max((size for name, size in sizes.items() if name != "heat_content"), default=0.0)
-    groups = {"heat content": [], "energy": [], "small energies": []}
+    largest = max((size for name, size in sizes.items() if not name.endswith("heat_content")), default=0.0)
+    groups = {"heat stored": [], "energy": [], "small energies": []}
     for column in history.with_unit("J"):
-        if column.name == "heat_content":
-            groups["heat content"].append(column)
+        if column.name.endswith("heat_content"):
+            if sizes[column.name] > 0.0:
+                groups["heat stored"].append(Column(column.name, column.unit, column.values - column.values[0]))
         elif sizes[column.name] > 0.03 * largest:
             groups["energy"].append(column)
         elif sizes[column.name] > 0.0:
@@ -154,8 +155,22 @@ def stacked(history: Table, panels: list[tuple[str, list[Column]]]) -> Figure | 
     figure, axes = look.strips(len(panels), 2.6 if len(panels) == 1 else 1.85)
     for axis, (title, columns) in zip(axes, panels):
         draw(axis, history["time"], title, columns)
+        axis.ticklabel_format(axis="y", scilimits=(-2, 4), useMathText=True)
     axes[-1].set_xlabel("time [s]")
+    make_room(figure, axes)
     return figure
+
+
+def make_room(figure: Figure, axes: list) -> None:
+    """Widen a figure to its longest legend; the panels stay as they are."""
+    legends = [axis.get_legend() for axis in axes if axis.get_legend() is not None]
+    wide = figure.get_figwidth()
+    needed = max((legend.get_window_extent().x1 / figure.dpi + 0.05 for legend in legends), default=wide)
+    if needed > wide:
+        figure.set_figwidth(needed)
+        for axis in axes:
+            left, bottom, width, height = axis.get_position().bounds
+            axis.set_position((left * wide / needed, bottom, width * wide / needed, height))
 
 
 def draw(axis, time: np.ndarray, title: str, columns: list[Column]) -> None:
