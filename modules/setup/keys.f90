@@ -54,7 +54,8 @@ contains
       'factor on the inertial mass, for larger time steps')
     call t%key('MASS_SCALING_RANGE', 'real', 2, '', '0 0', '[0,1e12)', &
       'least and largest factor: between them it changes while running, so that the inertial '// &
-      'stress is INERTIAL_FRACTION; it starts with MASS_SCALING; 0 0: it is constant')
+      'stress is INERTIAL_FRACTION; it starts with MASS_SCALING, or the least if that is not '// &
+      'given; 0 0: it is constant')
     call t%key('ELASTIC_SCALING', 'real', 1, '', '1', '[1,1000]', &
       'divisor of the elastic moduli of metal that can flow, for larger time steps; the flow '// &
       'stress stays; springback is so many times too large, stress of thermal expansion too small')

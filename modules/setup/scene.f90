@@ -266,6 +266,7 @@ contains
       range = input%reals('TIME', 1, 'MASS_SCALING_RANGE', 2)
       method%adapts_mass = any(range > 0.0_rp)
       if (.not. method%adapts_mass) return
+      if (.not. input%given('TIME', 1, 'MASS_SCALING')) factor = range(1)
       if (range(1) < 1.0_rp .or. range(2) < range(1)) then
         call input%report('TIME', 1, 'MASS_SCALING_RANGE', 'must be two factors of at least 1, '// &
                           'the larger one last')
@@ -273,8 +274,10 @@ contains
         call input%report('TIME', 1, 'MASS_SCALING_RANGE', 'is of no use with DT')
       else if (input%count('FIELD') > 0) then
         call input%report('TIME', 1, 'MASS_SCALING_RANGE', 'is wrong with a &FIELD')
+      else if (factor < range(1) .or. factor > range(2)) then
+        call input%report('TIME', 1, 'MASS_SCALING', 'must be within MASS_SCALING_RANGE, as the '// &
+                          'run starts with it')
       end if
-      factor = max(range(1), min(range(2), factor))
     end associate
   end subroutine read_scaling_range
 
