@@ -15,7 +15,7 @@ module mpm_stability
   implicit none (type, external)
   private
 
-  public :: contact_relaxation, default_cfl, domain_factor, stable_step, wave_speed
+  public :: contact_relaxation, default_cfl, domain_factor, fragment_cfl, stable_step, wave_speed
 
   !> Number of cells that a wave crosses in the relaxation time of contact with tools.
   real(rp), parameter :: contact_cells = 60.0_rp
@@ -111,15 +111,41 @@ contains
     if (has_contact .and. method%scheme /= scheme_usl) default_cfl = contact_factor*default_cfl
   end function default_cfl
 
+  !> Largest CFL number of fragments: bodies, or what is torn from them, of one cell or less along
+  !> two axes. A particle alone feels no change of volume of its nodes, so that FLIP forgets that
+  !> velocity in each step, and the squared frequency must stay below 2/dt2 instead of 4/dt2. It is
+  !> 3 K over the modulus of pressure waves times the sum of slope^2/weight, 6/h^2 with B-splines.
+  !> APIC keeps the velocity; MUSL and USAVG strain by velocities of particles; inertia of light
+  !> nodes makes the frequency small.
+  pure real(rp) function fragment_cfl(method, has_tools, half, poisson)
+    type(method_t), intent(in) :: method
+    logical, intent(in) :: has_tools          !! steps at tools are those of USL
+    real(rp), intent(in) :: half              !! shortest half length of a domain [cells]
+    real(rp), intent(in) :: poisson           !! largest Poisson's ratio of the scene
+    real(rp) :: ratio                         !! sum of slope^2/weight on an axis, times h^2
+
+    fragment_cfl = huge(1.0_rp)
+    if (method%transfer == transfer_apic .or. method%scales_light_nodes) return
+    if (method%scheme /= scheme_usl .and. .not. has_tools) return
+    ratio = 2.0_rp/half + 1.0_rp/(1.0_rp - half)
+    if (method%is_bspline) ratio = 6.0_rp
+    fragment_cfl = margin*sqrt(2.0_rp*(1.0_rp - poisson)/(ratio*(1.0_rp + poisson)))
+    if (method%transfer == transfer_fmpm) fragment_cfl = fragment_cfl &
+                                                         /sqrt(real(max(1, method%order), rp))
+  end function fragment_cfl
+
   !> Stable mechanical step [s]: CFL h over the sum of scaled wave speed and particle speed.
   pure real(rp) function stable_step(scene, clock)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
+    real(rp) :: cfl
 
     associate (method => scene%method)
       stable_step = method%fixed_dt
       if (stable_step > 0.0_rp) return
-      stable_step = method%cfl*minval(scene%grid%h)/(wave_speed(clock) + clock%max_speed)
+      cfl = method%cfl
+      if (clock%fragments > 0) cfl = min(cfl, method%fragment_cfl)
+      stable_step = cfl*minval(scene%grid%h)/(wave_speed(clock) + clock%max_speed)
     end associate
   end function stable_step
 

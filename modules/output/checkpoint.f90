@@ -121,6 +121,7 @@ contains
       call s%pass(2, last(:2), 'a squared speed of the last step [m2/s2]', 0.0_rp, &
         speed_of_light**2)
       call s%pass_one(last(3), 'the temperature rise by stored heat [K]', 0.0_rp)
+      call s%pass_one(c%fragments, 'whether there are fragments', 0.0_rp, 1.0_rp)
       call s%pass_one(c%refused, 'the number of refused steps', 0.0_rp, counts)
       call s%pass_one(scaling, 'the mass scaling', min_positive)
       call s%pass_one(c%inertial_peak, 'the largest inertial stress over flow stress', 0.0_rp)

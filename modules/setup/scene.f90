@@ -11,7 +11,7 @@ module setup_scene
   use hooks_list, only: read_hooks
   use input_key_table, only: find
   use input_values, only: input_t
-  use mpm_stability, only: default_cfl
+  use mpm_stability, only: default_cfl, fragment_cfl
   use particles_tracers, only: tracers_t
   use setup_bodies, only: check_shapes, read_bodies, read_surfaces
   use setup_boundary, only: read_conditions, read_tractions, tractions_have_boxes
@@ -165,10 +165,10 @@ contains
     call read_gaps(input, scene)
     call check_grading(input, scene)
     call read_selective_scaling(input, scene, tool)
-    associate (m => scene%method)
+    associate (m => scene%method, nu => maxval([0.0_rp, scene%material%poisson()]))
       if (m%cfl <= 0.0_rp) m%cfl = default_cfl(m, input%count('CONTACT') > 0, is_sparse(scene, 3), &
-                                               is_sparse(scene, 1), shortest_domain(scene), &
-                                               maxval([0.0_rp, scene%material%poisson()]))
+                                               is_sparse(scene, 1), shortest_domain(scene), nu)
+      m%fragment_cfl = fragment_cfl(m, size(tool) > 0, shortest_domain(scene), nu)
     end associate
     call read_sleeping(input, scene, tool)
     call read_probes(input, scene, probes)

@@ -26,6 +26,7 @@ module simulation_run
     integer(i8) :: refused = 0          !! steps that were repeated with a smaller dt
     real(rp) :: stiffness = 0.0_rp      !! largest squared wave speed without mass scaling [m2/s2]
     real(rp) :: mass_scaling = 1.0_rp   !! factor on inertia
+    integer :: fragments = 0            !! 1 if there are fragments of a cell or less
     logical :: scales_light = .true.    !! SELECTIVE_SCALING acts in this step
     logical :: is_stopped = .false.     !! a tool limit has ended the run
     real(rp) :: inertial_peak = 0.0_rp  !! decaying maximum of rho v^2 over flow stress [-]

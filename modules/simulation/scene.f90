@@ -110,6 +110,7 @@ module simulation_scene
     integer :: sort_interval = 100     !! steps between sorts
     real(rp) :: rebalance = 1.03_rp    !! imbalance that triggers a new partition
     real(rp) :: cfl = 0.4_rp
+    real(rp) :: fragment_cfl = huge(1.0_rp)  !! largest CFL number of fragments
     real(rp) :: fixed_dt = 0.0_rp            !! prescribed time step [s]; 0: from the wave speed
     real(rp) :: mass_scaling = 1.0_rp        !! factor on inertia; initial value if adaptive
     logical :: adapts_mass = .false.         !! mass scaling follows the inertial stress

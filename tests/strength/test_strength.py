@@ -3,8 +3,10 @@
 
 import os
 import pathlib
+import random
 import sys
 
+import numpy as np
 import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
@@ -43,6 +45,19 @@ def test_scenes_of_faults(seed, tmp_path):
     stood still."""
     _, _, wrong, text = scenes.run_scenes(1, seed, tmp_path)[0]
     assert not wrong, (seed, wrong, text)
+
+
+@pytest.mark.parametrize("seed", [22, 98])
+def test_crumbs_without_inertia_of_light_nodes(seed, tmp_path):
+    """A tool over the edge of a sheet presses crumbs of a few particles on the wall, without SELECTIVE_SCALING: they gain no energy."""
+    text, _, is_molten = scenes.scene(random.Random(seed))
+    (tmp_path / "tool.stl").write_text(scenes.mesh())
+    place = tmp_path / "run"
+    place.mkdir()
+    (place / "scene.nml").write_text(text)
+    done = scenes.driver.run("scene.nml", "--quiet", directory=place, sets={"METHOD.SELECTIVE_SCALING": "off"})
+    assert not scenes.broken_law(done, is_molten)[1]
+    assert np.abs(done.results("scene").history()["audit_error[%]"]).max() < 1.0
 
 
 @pytest.mark.parametrize("law", ["coulomb", "stick"])
