@@ -11,7 +11,7 @@ module contact_tool_loads
   use simulation_scene, only: scene_t
   use simulation_tool_lists, only: contact_particle_t, tool_contact_t, v_coulomb, v_max_friction, &
                                    v_normal, v_stick
-  use tools_sums, only: s_area, s_excess_speed, s_face_temperature, s_layer_slip, &
+  use tools_sums, only: s_area, s_early, s_excess_speed, s_face_temperature, s_layer_slip, &
                         s_layer_strength, s_layer_thickness, s_layer_work, s_surface_slip, &
                         s_surface_speed, s_to_plate
   use tools_tool, only: rigid_t, tool_t
@@ -69,6 +69,7 @@ contains
           mean = mean + t%weight(i)*contact%slip(:, t%entry(i))
         end do
         work = work_of(contact, t)
+        tool%sums(s_early) = tool%sums(s_early) + min(t%lasting_impulse, t%gap_impulse)
         if (t%strength_used > 0.0_rp) then
           call record_face(t, rigid, dt, particles%ps(t%lane, f_pos:f_pos + 2, t%block), &
                          particles%ps(t%lane, f_temp, t%block), mean, work, tool)

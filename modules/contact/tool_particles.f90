@@ -192,6 +192,9 @@ contains
     back = recovery_speed*wave_speed(sim%clock)
     call find_closing_velocity(dt, sim%clock%dt, zone, time, back, gap, particle%normal, relative, &
                                particle%closing_velocity, particle%slip, particle%approach_velocity)
+    particle%gap_impulse = dt*particle%mass*wave_speed(sim%clock)**2*max(0.0_rp, gap) &
+                           /(norm2(particle%normal*particle%spacing) &
+                             *length_along(particle%cell_edges, particle%normal))
     particle%coulomb_factor = sim%tool(near%tool)%friction_coefficient
     particle%touches = gap < zone .and. particle%closing_velocity > 0.0_rp
     takes_part = particle%touches .or. gap < friction_zone

@@ -24,6 +24,7 @@ module output_warnings
     type(guards_t), private :: guards
     integer(i8), private :: reported_refused = 0     !! refused steps reported so far
     real(rp), private :: inertial_ratio = 0.0_rp     !! largest inertial stress over flow stress
+    real(rp), private :: early_force = 0.0_rp  !! largest force on metal not reached, all tools [N]
     logical, private :: has_inertia = .false., has_returns = .false., has_fracture = .false., &
                         has_sleep = .false., has_debris = .false.
     logical, allocatable, private :: has_validity(:)   !! warnings of the flow laws given so far
@@ -46,6 +47,7 @@ contains
                                                      ! warning is given
     character(:), allocatable :: at
     real(rp) :: inertia, sleep_loss, separation
+    integer :: k
 
     at = 't = '//str(sim%clock%time)//' s '
     if (sim%clock%refused > self%reported_refused) then
@@ -58,6 +60,8 @@ contains
     call self%melting%check_particles(sim%world, sim%scene, sim%clock, sim%particles)
     inertia = 0.01_rp*columns%value('inertial_stress_over_flow')
     self%inertial_ratio = max(self%inertial_ratio, inertia)
+    self%early_force = max(self%early_force, &
+      sum([(columns%value(trim(sim%tool(k)%name)//'_early_force'), k=1, size(sim%tool))]))
     call warn_once(self%has_inertia, sim%world, inertia > sim%scene%method%inertial_fraction .and. &
                    sim%clock%mass_scaling > 1.0_rp .and. .not. sim%scene%method%adapts_mass, at// &
                    'the inertial stress of mass scaling, chi rho v^2, is '// &
@@ -207,7 +211,8 @@ contains
     end if
     if (history%row_inertia%load(1) > 0.0_rp) call log_line('loads of the tools are up to '// &
       str(contact_relaxation(clock, maxval(scene%grid%h)))// &
-      ' s early, since gaps close slowly: their change in that time is in doubt')
+      ' s early, since gaps close slowly: metal that they have not reached bears up to '// &
+      str(100.0_rp*self%early_force/history%row_inertia%load(1))//' % of the largest force')
   end subroutine log_inertial_stress
 
 end module output_warnings

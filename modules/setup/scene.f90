@@ -275,8 +275,8 @@ contains
       else if (input%count('FIELD') > 0) then
         call input%report('TIME', 1, 'MASS_SCALING_RANGE', 'is wrong with a &FIELD')
       else if (factor < range(1) .or. factor > range(2)) then
-        call input%report('TIME', 1, 'MASS_SCALING', 'must be within MASS_SCALING_RANGE, as the '// &
-                          'run starts with it')
+        call input%report('TIME', 1, 'MASS_SCALING', 'must be within MASS_SCALING_RANGE, as '// &
+                          'the run starts with it')
       end if
     end associate
   end subroutine read_scaling_range

@@ -67,6 +67,8 @@ module simulation_tool_lists
     real(rp) :: approach_velocity = 0.0_rp
     !> `normal_impulse` without the removal of penetration [N s].
     real(rp) :: lasting_impulse = 0.0_rp
+    !> Normal impulse that closing the gap at once would take at most, without flow [N s].
+    real(rp) :: gap_impulse = 0.0_rp
     !> Velocity that an edge removes beyond any limit [m/s].
     real(rp) :: edge_closing_velocity = 0.0_rp
     !> Fraction of the weight function that the tool covers [-].

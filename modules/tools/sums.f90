@@ -34,6 +34,8 @@ module tools_sums
     ! energy lost in normal contact
     tool_sum_t('normal_loss', 'J'), &
     tool_sum_t('normal_impulse', 'N s'), &
+    ! normal impulse on metal that the tool has not reached
+    tool_sum_t('early_impulse', 'N s', .false., 'early_force', 'N'), &
     ! normal impulse times tangential speed of the material
     tool_sum_t('metal_slip', 'N m', .false., 'interface_velocity', 'm/s', 'normal_impulse'), &
     ! normal impulse times tangential speed of the tool
@@ -71,6 +73,7 @@ module tools_sums
     s_metal_slip = findloc(tool_sum_of%name, 'metal_slip', 1), &
     s_tool_slip = findloc(tool_sum_of%name, 'tool_slip', 1), &
     s_normal_impulse = findloc(tool_sum_of%name, 'normal_impulse', 1), &
+    s_early = findloc(tool_sum_of%name, 'early_impulse', 1), &
     s_normal_loss = findloc(tool_sum_of%name, 'normal_loss', 1), &
     s_to_plate = findloc(tool_sum_of%name, 'to_plate', 1), &
     s_heat = findloc(tool_sum_of%name, 'heat', 1), &
