@@ -77,6 +77,8 @@ WAITING = ("step_schedule", "sum_with_overlap")
 STAIRS = re.compile(r"^\s*!!.*$", re.MULTILINE)
 DECLARES = re.compile(r"use\b|.*::|end\b|implicit\b")
 FORTRAN = {".f90", ".F90"}
+INTRINSIC = {"abs", "all", "any", "count", "dot_product", "exp", "log", "max", "maxval", "merge", "min", "minval", "norm2", "product",
+             "real", "sign", "size", "sqrt", "sum"}
 # Libraries of others, and the modules or headers by which a source uses them.
 LIBRARIES = {"MPI::MPI_Fortran": ["mpi_f08"], "MPI::MPI_C": ["mpi.h"], "hdf5::fortran": ["hdf5"]}
 
@@ -176,6 +178,34 @@ def check_comments(sources):
         for number, line in enumerate(module.path.read_text(encoding="utf-8").splitlines(), 1):
             if STAIRS.match(line):
                 yield f"{module.path.parent.name}/{module.path.name}:{number}: a comment behind code goes on: set it above the declaration"
+
+
+def arguments_of(text):
+    """(name, its items between parentheses) of all references and array elements of a statement."""
+    for match in re.finditer(r"(\w+)\s*\(", text):
+        items = call_graph.split_list(text[match.end():call_graph.closing(text, match.end() - 1)])
+        yield match.group(1), [item.strip() for item in items]
+
+
+def has_strides(target):
+    """True if the elements of a section do not follow each other in memory: `a(i, 1:3)`, `a(1:2, :)`."""
+    return any(":" in item and before != ":" for _, items in arguments_of(target) for before, item in zip(items, items[1:]))
+
+
+def check_sections(sources):
+    """gfortran 12 passes an associate name of a section with strides as if its elements followed each other."""
+    for procedure in sources.procedures():
+        associates = []
+        for s in procedure.statements:
+            if s.startswith("associate"):
+                pairs = [item.partition("=>") for item in next(arguments_of(s))[1]]
+                associates.append({name.strip() for name, _, target in pairs if has_strides(target)})
+            elif s.startswith("end associate"):
+                associates.pop()
+            else:
+                passed = {item for called, items in arguments_of(s) if called not in INTRINSIC for item in items}
+                for name in sorted(passed & set().union(*associates)):
+                    yield f"{procedure.module}: {procedure.name} passes {name}, a name of a section with strides: pass the section"
 
 
 def check_uses(sources, layers):
@@ -306,7 +336,7 @@ def problems(root):
     """All that is out of date or out of bounds in a source tree."""
     layers, sources = layers_of(root), call_graph.Sources(root)
     text = (root / "docs/architecture.md").read_text(encoding="utf-8")
-    return [*check_text(root, text), *check_sizes(root), *check_comments(sources), *check_uses(sources, layers), *check_links(root),
+    return [*check_text(root, text), *check_sizes(root), *check_comments(sources), *check_sections(sources), *check_uses(sources, layers), *check_links(root),
             *check_owners(sources), *check_step(sources)]
 
 

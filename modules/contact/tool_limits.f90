@@ -113,7 +113,7 @@ contains
     type(candidates_t), intent(in) :: near
     integer, intent(in) :: first(nlane)
     real(rp), intent(inout) :: w(nlane, 18)
-    real(rp) :: cut(3), gap, h(3), half(3), edge_distance, slope(3), unused(3), x(3)
+    real(rp) :: cut(3), gap, h(3), half(3), edge_distance, row(3), slope(3), unused(3), x(3)
     integer :: a, p
 
     do p = 1, near%n
@@ -127,11 +127,10 @@ contains
       cut = min(half, max(0.0_rp, norm2(slope*half*h) - max(0.0_rp, edge_distance))*abs(slope)/h)
       do a = 1, 3
         if (cut(a) <= 0.0_rp) cycle
-        associate (row => w(p, 3*a - 2:3*a))
-          row = domain_weights(place_on_axis(nodes, a, x, first(p)) &
-                               + sign(0.5_rp*cut(a), slope(a)), half(a) - 0.5_rp*cut(a))
-          call scale_by_spans(nodes%patch, a, first(p), row)
-        end associate
+        row = domain_weights(place_on_axis(nodes, a, x, first(p)) + sign(0.5_rp*cut(a), slope(a)), &
+                             half(a) - 0.5_rp*cut(a))
+        call scale_by_spans(nodes%patch, a, first(p), row)
+        w(p, 3*a - 2:3*a) = row
       end do
     end do
   end subroutine cut_at_edges

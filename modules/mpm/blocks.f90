@@ -319,9 +319,8 @@ contains
       k = scene%body(particles%body(b))%tool
       if (k == 0) cycle
       do p = 1, particles%count(b)
-        associate (x => particles%ps(p, f_pos:f_pos + 2, b))
-          particles%ps(p, f_vel:f_vel + 2, b) = tool(k)%surface_velocity(x)
-        end associate
+        particles%ps(p, f_vel:f_vel + 2, b) = tool(k)%surface_velocity( &
+          particles%ps(p, f_pos:f_pos + 2, b))
       end do
     end do
   end subroutine start_rigid

@@ -62,6 +62,12 @@ def staircase(tree):
     edit(tree, "modules/grid/halo.f90", "  implicit none", "  !! of two lines\n  implicit none")
 
 
+def strided_section(tree):
+    edit(tree, "modules/sleep/motion.f90", "contains\n",
+         "contains\n  subroutine first(a)\n    associate (x => a%b(1, 2:4))\n      call second(norm2(x), x)\n"
+         "    end associate\n  end subroutine first\n")
+
+
 def cycle(tree):
     edit(tree, "modules/grid/halo.f90", "  use base_kinds", "  use particles_store, only: particles_t\n  use base_kinds")
 
@@ -134,7 +140,7 @@ SPOILED = {
               (many_arguments, f"save_state has {2 + architecture.MOST_ARGUMENTS} arguments"),
               (fourth_part, "list_mirrors takes 4 parts of the simulation"), (carries_no_more, "no procedure of run_debris takes"),
               (staircase, "a comment behind code goes on"), (unused_layer, "hooks is linked to tools,"), (unused_library, "particles is linked to hdf5::fortran,"),
-              (unused_by_a_test, "test_sleep is linked to input,"),
+              (strided_section, "first passes x, a name of a section"), (unused_by_a_test, "test_sleep is linked to input,"),
               (old_table, "the table of the layers is out of date"),
               (unknown_procedure, "accept_any is not in modules/step/schedule.f90")],
     "kernel": [(kernel_renamed, "names what is not there: transfer_scatter.p2g_block")],

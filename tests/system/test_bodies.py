@@ -271,13 +271,18 @@ def test_rigid_body_turns(run, tmp_path):
     path = spoiled(tmp_path, "press", ("&MOTION TOOL = 'punch', VELOCITY = 0, 0, -2, RAMP = 2e-5 /",
                                        "&MOTION TOOL = 'punch', VELOCITY = 10, 0, 0, SPIN_RPM = 60000 /"),
                    ("&CONTACT BODY = 'block', OTHER = 'punch', FRICTION = 0.2 /\n", ""))
-    results = run(path, "--quiet", sets={"TIME.END": 2e-5, "OUTPUT.CHECKPOINT_INTERVAL": 2e-5}).results("press")
+    sets = {"TIME.END": 2e-5, "OUTPUT.CHECKPOINT_INTERVAL": 2e-5, "OUTPUT.FRAME_INTERVAL": 2e-5}
+    results = run(path, "--quiet", sets=sets).results("press")
     history, state = results.history(), results.checkpoint()
     of = state.body == 2
     centre = np.array([8e-3 + 2e-4, 8e-3, 10e-3])
     spin = -2.0 * np.pi * 1000.0
     v = np.array([10.0, 0.0, 0.0]) + np.cross([0.0, 0.0, spin], state.x[of] - centre)
     assert np.abs(state.v[of] - v).max() < 1e-9
+    first, _, _ = driver.read_frame(results.path("_000000.hdf"))
+    above = first["x"][:, 2] > 8e-3
+    v = np.array([10.0, 0.0, 0.0]) + np.cross([0.0, 0.0, spin], first["x"][above] - [8e-3, 8e-3, 10e-3])
+    assert np.abs(first["velocity"][above] - v).max() < 1e-4   # frames have single precision
     c, s = np.cos(-spin * 2e-5), np.sin(-spin * 2e-5)
     start = (state.x[of] - centre) @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) + [8e-3, 8e-3, 10e-3]
     lattice = (start - 0.25e-3) / 0.5e-3
