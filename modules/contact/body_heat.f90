@@ -4,6 +4,7 @@ module contact_body_heat
   use base_kinds, only: nlane, rp
   use contact_body_near, only: may_reach
   use mpm_blocks, only: corners_of, weights_of
+  use particles_block, only: block_t, view_block
   use particles_store, only: f_heat, f_mass, particles_t
   use simulation_node_pairs, only: node_pairs_t
   use simulation_nodes, only: nodes_t
@@ -45,26 +46,25 @@ contains
     type(particles_t), intent(inout) :: particles
     type(nodes_t), intent(in) :: nodes
     type(node_pairs_t), intent(inout) :: pairs
-    real(rp) :: high(3), low(3), w(nlane, 18)
-    integer :: b, e, first(nlane)
+    type(block_t) :: block
+    real(rp) :: high(3), low(3)
+    integer :: b, e
 
     if (all(abs(pairs%heat) <= 0.0_rp)) return
     associate (near => pairs%near)
       call gather_heat(scene, nodes, pairs, low, high)
       do b = 1, particles%nblk
         if (.not. may_reach(scene, particles%ball(:, b), low, high)) cycle
-        call corners_of(scene, nodes, particles%nf, particles%ps(:, :, b), first)
-        if (.not. any(near%is_hot(first(:particles%count(b))))) cycle
-        call weights_of(scene, nodes, particles%body(b), particles%nf, particles%ps(:, :, b), w, &
-                        first)
-        call heat_block(particles%count(b), nodes%patch%stride, nodes%patch%nn, &
-                        near%heat(:, scene%body(particles%body(b))%group), near%is_hot, first, &
-                        w, clock%mass_scaling, particles%ps(:, f_mass, b), &
-                        particles%ps(:, f_heat, b))
-        associate (material => scene%material(scene%body(particles%body(b))%material), &
-                   n => particles%count(b))
-          particles%warming = max(particles%warming, maxval(particles%ps(:n, f_heat, b) &
-                                  /(particles%ps(:n, f_mass, b)*material%c_p)))
+        call view_block(particles, b, block)
+        call corners_of(scene, nodes, block)
+        if (.not. any(near%is_hot(block%first(:block%n)))) cycle
+        call weights_of(scene, nodes, block)
+        associate (n => block%n, ps => block%ps, body => scene%body(block%body))
+          call heat_block(n, nodes%patch%stride, nodes%patch%nn, near%heat(:, body%group), &
+                          near%is_hot, block%first, block%w, clock%mass_scaling, ps(:, f_mass), &
+                          ps(:, f_heat))
+          particles%warming = max(particles%warming, maxval(ps(:n, f_heat) &
+            /(ps(:n, f_mass)*scene%material(body%material)%c_p)))
         end associate
       end do
       do e = 1, pairs%n

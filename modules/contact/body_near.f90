@@ -4,6 +4,7 @@
 module contact_body_near
   use base_kinds, only: nlane, rp
   use mpm_blocks, only: corners_of, weights_of
+  use particles_block, only: block_t, view_block
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, particles_t
   use simulation_node_pairs, only: bundle_lanes, n_bundle, near_t, node_pairs_t, u_place, u_size, &
                                    u_weights
@@ -29,6 +30,7 @@ contains
     type(node_pairs_t), intent(inout) :: pairs
     logical :: may_touch(nodes%n_groups)
     real(rp) :: low(3), high(3)
+    type(block_t) :: block
     integer :: b, c
 
     call pairs%near%reset_near(nodes%patch%nn, size(scene%body), nodes%n_groups)
@@ -41,8 +43,8 @@ contains
     do b = 1, particles%nblk
       if (.not. may_touch(scene%body(particles%body(b))%group)) cycle
       if (.not. may_reach(scene, particles%ball(:, b), low, high)) cycle
-      call list_block(scene, nodes, pairs%near, b, particles%body(b), particles%count(b), &
-                      particles%nf, particles%ps(:, :, b))
+      call view_block(particles, b, block)
+      call list_block(scene, nodes, pairs%near, block)
     end do
   end subroutine list_near
 
@@ -90,32 +92,32 @@ contains
   end subroutine list_corners
 
   !> List the particles of a block.
-  subroutine list_block(scene, nodes, near, b, body, n, nf, ps)
+  subroutine list_block(scene, nodes, near, block)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
     type(near_t), intent(inout) :: near
-    integer, intent(in) :: b, body, n, nf
-    real(rp), intent(in) :: ps(nlane, nf)
-    integer :: a, first(nlane), l, m, p, u
-    real(rp) :: half(nlane, 3), longest(nlane), w(nlane, 18), rows(nlane, n_bundle + 1)
+    type(block_t), intent(inout) :: block
+    integer :: a, l, m, p, u
+    real(rp) :: half(nlane, 3), longest(nlane), rows(nlane, n_bundle + 1)
 
-    call corners_of(scene, nodes, nf, ps, first)
-    if (all(near%bin(first(:n), body) < 0)) return
-    call weights_of(scene, nodes, body, nf, ps, w, first)
-    half = half_lengths(scene, body, n, nf, ps)
-    longest = lengths(scene, body, n, nf, ps, half)
-    rows(:, :u_weights - 1) = rows_of(scene, n, nf, ps, half)
-    associate (inverse_rho => 1.0_rp/scene%material(scene%body(body)%material)%rho)
+    call corners_of(scene, nodes, block)
+    if (all(near%bin(block%first(:block%n), block%body) < 0)) return
+    call weights_of(scene, nodes, block)
+    half = half_lengths(scene, block)
+    longest = lengths(scene, block, half)
+    rows(:, :u_weights - 1) = rows_of(scene, block, half)
+    associate (inverse_rho => 1.0_rp/scene%material(scene%body(block%body)%material)%rho, &
+               n => block%n, ps => block%ps, w => block%w)
       do a = 10, 18
         w(:n, a) = ps(:n, f_mass)*inverse_rho*ps(:n, f_jac)*w(:n, a)
       end do
     end associate
-    rows(:, u_weights:n_bundle) = w
+    rows(:, u_weights:n_bundle) = block%w
     p = 1
-    do while (p <= n)
-      m = run_length(n - p + 1, first(p))
-      if (near%bin(first(p), body) >= 0) then
-        call near%bundle_for(body, first(p), m, u, l)
+    do while (p <= block%n)
+      m = run_length(block%n - p + 1, block%first(p))
+      if (near%bin(block%first(p), block%body) >= 0) then
+        call near%bundle_for(block%body, block%first(p), m, u, l)
         near%box(:, u) = [min(near%box(1:3, u), minval(rows(p:p + m - 1, 1:3), 1)), &
                           max(near%box(4:6, u), maxval(rows(p:p + m - 1, 1:3), 1)), &
                           max(near%box(7, u), maxval(longest(p:p + m - 1)))]
@@ -149,44 +151,47 @@ contains
   end subroutine copy_rows
 
   !> Half the current edges of the particles of a block (cpGIMP), or the initial ones [m].
-  pure function half_lengths(scene, body, n, nf, ps) result(half)
+  pure function half_lengths(scene, block) result(half)
     type(scene_t), intent(in) :: scene
-    integer, intent(in) :: body, n, nf
-    real(rp), intent(in) :: ps(nlane, nf)
+    type(block_t), intent(in) :: block
     real(rp) :: half(nlane, 3), domain(3)
     integer :: a, p
 
-    domain = scene%domain(body)
-    do a = 1, 3
-      half(:n, a) = 0.5_rp*scene%body(body)%spacing(a)
-      if (scene%layout%half > 0) half(:n, a) = half(:n, a)/domain(a) &
-                                               *ps(:n, scene%layout%half + a - 1)
-    end do
+    domain = scene%domain(block%body)
+    associate (n => block%n)
+      do a = 1, 3
+        half(:n, a) = 0.5_rp*scene%body(block%body)%spacing(a)
+        if (scene%layout%half > 0) half(:n, a) = half(:n, a)/domain(a) &
+                                                 *block%ps(:n, scene%layout%half + a - 1)
+      end do
+    end associate
     if (.not. scene%grid%is_graded()) return
-    do p = 1, n
-      half(p, :) = 0.5_rp*scene%spacing_of(body, ps(p, :))
+    do p = 1, block%n
+      half(p, :) = 0.5_rp*scene%spacing_of(block%body, block%ps(p, :))
     end do
   end function half_lengths
 
   !> Positions of the particles of a block and the tensors of their size, as stored in bundles: half
   !> the length along a direction n is sqrt(n.t n f), with f from `sizes_along`. With cpGIMP the
   !> current edges are stored, otherwise the elastic stretch b is applied.
-  pure function rows_of(scene, n, nf, ps, half) result(u)
+  pure function rows_of(scene, block, half) result(u)
     type(scene_t), intent(in) :: scene
-    integer, intent(in) :: n, nf
-    real(rp), intent(in) :: ps(nlane, nf), half(nlane, 3)
+    type(block_t), intent(in) :: block
+    real(rp), intent(in) :: half(nlane, 3)
     real(rp) :: u(nlane, u_weights - 1)
     integer, parameter :: first(6) = [1, 2, 3, 1, 2, 1], second(6) = [1, 2, 3, 2, 3, 3]
     real(rp) :: stretch(nlane)
     integer :: a, p
 
-    u(:n, u_place:u_place + 2) = ps(:n, f_pos:f_pos + 2)
-    do a = 1, 6
-      u(:n, u_size + a - 1) = half(:n, first(a))*half(:n, second(a))
-    end do
-    if (scene%layout%half > 0) then
-      u(:n, u_size + 3:u_size + 5) = 0.0_rp
-    else
+    associate (n => block%n, ps => block%ps)
+      u(:n, u_place:u_place + 2) = ps(:n, f_pos:f_pos + 2)
+      do a = 1, 6
+        u(:n, u_size + a - 1) = half(:n, first(a))*half(:n, second(a))
+      end do
+      if (scene%layout%half > 0) then
+        u(:n, u_size + 3:u_size + 5) = 0.0_rp
+        return
+      end if
       do p = 1, n
         stretch(p) = ps(p, f_jac)**(2.0_rp/3.0_rp)
       end do
@@ -194,7 +199,7 @@ contains
         u(:n, u_size + a) = merge(2.0_rp, 1.0_rp, a > 2)*ps(:n, f_bbar + a)*stretch(:n) &
                             *u(:n, u_size + a)
       end do
-    end if
+    end associate
   end function rows_of
 
   !> Factors f of each body in half the lengths of its particles along a direction n: 1 over n.first
@@ -216,25 +221,25 @@ contains
   end function sizes_along
 
   !> Upper bounds of half the lengths of the particles of a block in any direction [m].
-  pure function lengths(scene, body, n, nf, ps, half) result(longest)
+  pure function lengths(scene, block, half) result(longest)
     type(scene_t), intent(in) :: scene
-    integer, intent(in) :: body, n, nf
-    real(rp), intent(in) :: ps(nlane, nf), half(nlane, 3)
+    type(block_t), intent(in) :: block
+    real(rp), intent(in) :: half(nlane, 3)
     real(rp) :: longest(nlane)
     real(rp), parameter :: rounding = 1.0_rp + 1.0e-9_rp
     real(rp) :: first(6), least
 
     longest = 0.0_rp
-    longest(:n) = rounding*maxval(half(:n, :), dim=2)
+    longest(:block%n) = rounding*maxval(half(:block%n, :), dim=2)
     if (scene%layout%half > 0) return
-    first = first_stretch(scene, body)
+    first = first_stretch(scene, block%body)
     least = minval(first(1:3) - [abs(first(4)) + abs(first(6)), abs(first(4)) + abs(first(5)), &
                                  abs(first(5)) + abs(first(6))])
     if (least <= 0.0_rp) then
-      longest(:n) = far_distance
+      longest(:block%n) = far_distance
     else
-      longest(:n) = longest(:n)/sqrt(least)
-      call stretch_lengths(n, ps(1, f_bbar), ps(1, f_jac), longest)
+      longest(:block%n) = longest(:block%n)/sqrt(least)
+      call stretch_lengths(block%n, block%ps(:, f_bbar:f_bbar + 5), block%ps(:, f_jac), longest)
     end if
   end function lengths
 

@@ -24,6 +24,7 @@ module contact_tool_particles
   use mpm_blocks, only: weights_of
   use mpm_faces, only: surface_weights
   use mpm_stability, only: contact_relaxation, wave_speed
+  use particles_block, only: block_t
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_rate
   use simulation_nodes, only: nodes_t
   use simulation_parts, only: simulation_t
@@ -119,9 +120,10 @@ contains
   subroutine list_contact_particles(sim, dt, g, near)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
-    type(candidates_t), intent(inout) :: near
-    real(rp) :: edge, force(3), friction_zone, size, w(nlane, 18), zone
-    integer :: before, first(nlane), p
+    type(candidates_t), intent(inout), target :: near
+    real(rp) :: edge, force(3), friction_zone, size, zone
+    integer :: before, p
+    type(block_t) :: block
     type(contact_particle_t) :: particle
 
     before = sim%contact%n
@@ -130,21 +132,23 @@ contains
       friction_zone = merge(friction_distance, 0.0_rp, tool%has_friction() .or. tool%heat%is_on)
     end associate
     call near%pad_lanes()
-    call weights_of(sim%scene, sim%nodes, near%body, sim%scene%layout%n, near%ps, w, first)
-    if (.not. particle%can_flow) call cut_at_edges(sim%scene, sim%tool, sim%nodes, near, first, w)
+    block%body = near%body
+    block%n = near%n
+    block%ps => near%ps
+    call weights_of(sim%scene, sim%nodes, block)
+    if (.not. particle%can_flow) then
+      call cut_at_edges(sim%scene, sim%tool, sim%nodes, near, block%first, block%w)
+    end if
     do p = 1, near%n
       particle%candidate = p
       particle%block = near%block(p)
       particle%lane = near%lane(p)
       particle%surface_distance = near%surface_distance(p)
       particle%normal = near%normal(:, p)
-      particle%first = first(p)
-      particle%w_centre(:, 1) = w(p, 1:3)
-      particle%w_centre(:, 2) = w(p, 4:6)
-      particle%w_centre(:, 3) = w(p, 7:9)
-      particle%w = surface_weights(sim%scene, sim%nodes, near%body, particle%normal, &
-                                   near%ps(p, sim%scene%layout%surface_offset), p, &
-                                   sim%scene%layout%n, near%ps, w, first)
+      particle%first = block%first(p)
+      particle%w_centre = reshape(block%w(p, 1:9), [3, 3])
+      particle%w = surface_weights(sim%scene, sim%nodes, block, particle%normal, &
+                                   near%ps(p, sim%scene%layout%surface_offset), p)
       particle%mass = sim%clock%mass_scaling*near%ps(p, f_mass)
       particle%coulomb_impulse = near%ps(p, sim%scene%layout%coulomb_reserve)
       particle%spacing = sim%scene%spacing_of(near%body, near%ps(p, :))

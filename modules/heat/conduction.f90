@@ -10,6 +10,7 @@ module heat_conduction
   use heat_nodes_implicit, only: solve_implicit
   use mpm_blocks, only: weights_of
   use mpm_constitutive, only: anneal_particles
+  use particles_block, only: block_t, view_block
   use particles_store, only: f_heat, f_mass, f_temp, n_conduction, particles_t
   use simulation_nodes, only: clear_nodes, nodes_t
   use simulation_parts, only: boundary_t, mirrors_t, simulation_t
@@ -196,20 +197,20 @@ contains
     real(rp), intent(in) :: dt                  !! time step [s]
     real(rp), intent(inout) :: gained     !! heat gained by the particles [J]
     real(rp), intent(inout) :: smoothed   !! change of heat by smoothing [J]
-    integer :: first(nlane)
-    real(rp) :: before(nlane), c_p(nlane), w(nlane, 18)
+    type(block_t) :: block
+    real(rp) :: before(nlane), c_p(nlane)
 
-    associate (p => particles, body => scene%body(particles%body(b)))
-      call weights_of(scene, nodes, p%body(b), p%nf, p%ps(:, :, b), w, first)
-      associate (material => scene%material(body%material))
-        before = p%ps(:, f_temp, b)
-        c_p = material%specific_heat_at(before)
-        call heat_particles(p%count(b), w, first, nodes%patch%stride, nodes%patch%nn, &
-                            nodes%g(:, :, body%heat_group), c_p, p%ps(:, f_mass, b), &
-                            smoothed_fraction(scene, p%body(b), dt, p%nf, p%ps(:, :, b)), &
-                            nodes%rec, p%ps(:, f_temp, b), p%ps(:, f_heat, b), gained, smoothed)
-        call material%apply_heat(c_p, before, p%ps(:, f_temp, b))
-      end associate
+    call view_block(particles, b, block)
+    call weights_of(scene, nodes, block)
+    associate (ps => block%ps, group => scene%body(block%body)%heat_group, &
+               material => scene%material(scene%body(block%body)%material))
+      before = ps(:, f_temp)
+      c_p = material%specific_heat_at(before)
+      call heat_particles(block%n, block%w, block%first, nodes%patch%stride, nodes%patch%nn, &
+                          nodes%g(:, :, group), c_p, ps(:, f_mass), &
+                          smoothed_fraction(scene, block, dt), nodes%rec, ps(:, f_temp), &
+                          ps(:, f_heat), gained, smoothed)
+      call material%apply_heat(c_p, before, ps(:, f_temp))
     end associate
   end subroutine heat_block
 

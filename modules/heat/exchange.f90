@@ -13,8 +13,9 @@
 !> conductance and step (docs/method.md). The temperatures of sinks (tools, and the columns of
 !> backings) are those at the end of the step.
 module heat_exchange
-  use base_kinds, only: nlane, rp
+  use base_kinds, only: i8, rp
   use mpm_blocks, only: weights_of
+  use particles_block, only: block_t, view_block
   use particles_store, only: f_pos, f_temp, n_conduction, particles_t, tag_faces
   use simulation_nodes, only: nodes_t
   use simulation_parts, only: simulation_t
@@ -71,8 +72,7 @@ contains
     real(rp), intent(in) :: dt
     type(exchange_t), intent(out) :: x
     integer :: b, i, k, n
-    integer :: first(nlane)
-    real(rp) :: w(nlane, 18)
+    type(block_t) :: block
 
     n = 0
     do b = 1, sim%particles%nblk
@@ -85,11 +85,11 @@ contains
     do b = 1, sim%particles%nblk
       if (count_contacts(sim%scene, sim%tool, sim%particles, b) == 0) cycle
       call sim%particles%fetch(b + 1, n_conduction)
-      call weights_of(sim%scene, sim%nodes, sim%particles%body(b), sim%particles%nf, &
-                      sim%particles%ps(:, :, b), w, first)
-      call list_faces(sim, b, w, first, x)
+      call view_block(sim%particles, b, block)
+      call weights_of(sim%scene, sim%nodes, block)
+      call list_faces(sim, sim%particles%tag(:, b), block, x)
       do k = 1, size(sim%tool)
-        if (sim%tool(k)%heat%is_on) call list_tool(sim, k, b, dt, w, first, x)
+        if (sim%tool(k)%heat%is_on) call list_tool(sim, k, dt, block, x)
       end do
     end do
     n = size(sim%tool)
@@ -128,29 +128,29 @@ contains
     end associate
   end function count_contacts
 
-  !> Add the faces with films of the particles of block `b`.
-  subroutine list_faces(sim, b, w, first, x)
+  !> Add the faces with films of the particles of a block.
+  subroutine list_faces(sim, tag, block, x)
     type(simulation_t), intent(in) :: sim
-    integer, intent(in) :: b, first(nlane)
-    real(rp), intent(in) :: w(nlane, 18)
+    integer(i8), intent(in) :: tag(:)                  !! tags of the particles
+    type(block_t), intent(in) :: block
     type(exchange_t), intent(inout) :: x
     real(rp) :: area, at(3), coefficient, edge(3), outside
     logical :: acts(6)
     integer :: axis, face, i, k, p, sink
 
-    associate (body => sim%particles%body(b), ps => sim%particles%ps(:, :, b))
+    associate (body => block%body, ps => block%ps)
       associate (film => sim%scene%body(body)%film, group => sim%scene%body(body)%heat_group)
         acts = film%acts()
-        do p = 1, sim%particles%count(b)
-          if (tag_faces(sim%particles%tag(p, b)) == 0) cycle
+        do p = 1, block%n
+          if (tag_faces(tag(p)) == 0) cycle
           do face = 1, 6
-            if (.not. (acts(face) .and. btest(tag_faces(sim%particles%tag(p, b)), face - 1))) cycle
+            if (.not. (acts(face) .and. btest(tag_faces(tag(p)), face - 1))) cycle
             axis = (face + 1)/2
             edge = sim%scene%spacing_of(body, ps(p, :))
             area = product(edge)/edge(axis)
             call find_film(film(face), ps(p, f_temp), &
-                           mean_at(sim%nodes, w(p, :9), first(p), 5 + axis, group), coefficient, &
-                           outside)
+                           mean_at(sim%nodes, block%w(p, :9), block%first(p), 5 + axis, group), &
+                           coefficient, outside)
             sink = 0
             if (film(face)%has_backing) then
               at = ps(p, f_pos:f_pos + 2)
@@ -159,7 +159,7 @@ contains
               sink = size(sim%tool) + sim%backing(k)%column_at(at) &
                      + sum([(size(sim%backing(i)%column), i=1, k - 1)])
             end if
-            call add_contact(sim, b, p, w(p, :9), first(p), sink, area, coefficient, &
+            call add_contact(sim%scene, sim%nodes, block, p, sink, area, coefficient, &
                              0.5_rp*edge(axis), 0.0_rp, outside, x)
           end do
         end do
@@ -187,51 +187,54 @@ contains
     outside = temp - flow/coefficient
   end subroutine find_film
 
-  !> Add the particles of block `b` in contact with tool `k`.
-  subroutine list_tool(sim, k, b, dt, w, first, x)
+  !> Add the particles of a block in contact with tool `k`.
+  subroutine list_tool(sim, k, dt, block, x)
     type(simulation_t), intent(in) :: sim
-    integer, intent(in) :: k, b, first(nlane)
+    integer, intent(in) :: k
     real(rp), intent(in) :: dt                         !! time since the last conduction step [s]
-    real(rp), intent(in) :: w(nlane, 18)
+    type(block_t), intent(in) :: block
     type(exchange_t), intent(inout) :: x
     real(rp) :: area, depth, gap, margin, normal(3)
     integer :: p
 
-    associate (tool => sim%tool(k), ps => sim%particles%ps(:, :, b))
-      do p = 1, sim%particles%count(b)
+    associate (tool => sim%tool(k), ps => block%ps)
+      do p = 1, block%n
         if (ps(p, tool%heat%place) <= 0.0_rp) cycle
         call tool%distance(ps(p, f_pos:f_pos + 2), gap, normal, margin)
-        depth = 0.5_rp*norm2(normal*sim%scene%spacing_of(sim%particles%body(b), ps(p, :)))
+        depth = 0.5_rp*norm2(normal*sim%scene%spacing_of(block%body, ps(p, :)))
         area = ps(p, tool%heat%place)/dt
-        call add_contact(sim, b, p, w(p, :9), first(p), k, area, tool%heat%gap_coefficient, depth, &
-                         ps(p, tool%heat%place + 1)/(dt*area), 0.0_rp, x)
+        call add_contact(sim%scene, sim%nodes, block, p, k, area, tool%heat%gap_coefficient, &
+                         depth, ps(p, tool%heat%place + 1)/(dt*area), 0.0_rp, x)
       end do
     end associate
   end subroutine list_tool
 
-  !> Add a contact of particle `p` of block `b` with the friction heat flux `flux` [W/m2] at the
+  !> Add a contact of particle `p` of a block with the friction heat flux `flux` [W/m2] at the
   !> distance `depth` [m] from its centre.
-  pure subroutine add_contact(sim, b, p, w, first, sink, area, coefficient, depth, flux, outside, x)
-    type(simulation_t), intent(in) :: sim
-    integer, intent(in) :: b, p, first, sink
-    real(rp), intent(in) :: w(9), area, coefficient, depth, flux, outside
+  pure subroutine add_contact(scene, nodes, block, p, sink, area, coefficient, depth, flux, &
+                              outside, x)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(block_t), intent(in) :: block
+    integer, intent(in) :: p, sink
+    real(rp), intent(in) :: area, coefficient, depth, flux, outside
     type(exchange_t), intent(inout) :: x
     real(rp) :: conductivity, resistance               ! [W/(m K)]; of the metal to the surface
                                                        ! [m2 K/W]
 
-    associate (body => sim%scene%body(sim%particles%body(b)), &
-               temp => sim%particles%ps(p, f_temp, b))
-      conductivity = sim%scene%material(body%material)%conductivity_at(temp)
+    associate (body => scene%body(block%body), temp => block%ps(p, f_temp))
+      conductivity = scene%material(body%material)%conductivity_at(temp)
       resistance = 0.0_rp                              ! without conduction a particle is even
       if (conductivity > 0.0_rp) resistance = depth/conductivity
       x%n = x%n + 1
       x%sink(x%n) = sink
       x%group(x%n) = body%heat_group
-      x%first(x%n) = first
-      x%weight(:, x%n) = w
+      x%first(x%n) = block%first(p)
+      x%weight(:, x%n) = block%w(p, :9)
       x%conductance(x%n) = 0.0_rp
       if (coefficient > 0.0_rp) x%conductance(x%n) = area/(1.0_rp/coefficient + resistance)
-      x%excess(x%n) = temp - mean_at(sim%nodes, w, first, 5, body%heat_group) + resistance*flux
+      x%excess(x%n) = temp - mean_at(nodes, block%w(p, :9), block%first(p), 5, body%heat_group) &
+        + resistance*flux
       x%outside(x%n) = outside
     end associate
   end subroutine add_contact

@@ -5,11 +5,12 @@
 !> the particles with weight there, which at a surface are all on one side: it belongs to their
 !> centroid. The metal from these places to the surfaces is in series with the gap.
 module heat_gaps
-  use base_kinds, only: nlane, rp
+  use base_kinds, only: rp
   use boundary_symmetry, only: r_flux, reflect
   use contact_body_pairs, only: slack
   use grid_geometry, only: length_along
   use mpm_blocks, only: weights_of
+  use particles_block, only: block_t, view_block
   use particles_store, only: f_jac, f_mass, f_pos, f_tau, n_conduction
   use simulation_node_pairs, only: node_pairs_t
   use simulation_nodes, only: clear_nodes, nodes_t
@@ -144,42 +145,43 @@ contains
   subroutine add_block(sim, b)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: b
-    integer :: first(nlane)
-    real(rp) :: w(nlane, 18)
+    type(block_t) :: block
 
-    associate (p => sim%particles, nodes => sim%nodes, &
-               body => sim%scene%body(sim%particles%body(b)))
-      call weights_of(sim%scene, nodes, p%body(b), p%nf, p%ps(:, :, b), w, first)
-      call surface_to_grid(p%count(b), w, first, nodes%patch%stride, nodes%patch%nn, &
-                           1.0_rp/sim%scene%material(body%material)%rho, p%ps(:, f_jac, b), &
-                           p%ps(:, f_mass, b), p%ps(:, f_tau:f_tau + 5, b), nodes%rec, &
-                           nodes%g2(:, :, body%heat_group))
-      call add_centroids(p%count(b), w, first, p%ps(:, f_mass, b), p%ps(:, f_pos:f_pos + 2, b), &
-                         nodes, sim%pairs, nodes%g2(7:8, :, body%heat_group))
+    call view_block(sim%particles, b, block)
+    associate (nodes => sim%nodes, ps => block%ps)
+      call weights_of(sim%scene, nodes, block)
+      associate (body => sim%scene%body(block%body))
+        call surface_to_grid(block%n, block%w, block%first, nodes%patch%stride, nodes%patch%nn, &
+                             1.0_rp/sim%scene%material(body%material)%rho, ps(:, f_jac), &
+                             ps(:, f_mass), ps(:, f_tau:f_tau + 5), nodes%rec, &
+                             nodes%g2(:, :, body%heat_group))
+        call add_centroids(block, nodes, sim%pairs, nodes%g2(7:8, :, body%heat_group))
+      end associate
     end associate
   end subroutine add_block
 
   !> Add the mass of a block of particles at the nodes of pairs, and the mass times the distance
   !> from the node along the normal of the pair.
-  pure subroutine add_centroids(n, w, first, mass, x, nodes, pairs, sums)
-    integer, intent(in) :: n, first(nlane)
-    real(rp), intent(in) :: w(nlane, 18), mass(nlane), x(nlane, 3)
+  pure subroutine add_centroids(block, nodes, pairs, sums)
+    type(block_t), intent(in) :: block
     type(nodes_t), intent(in) :: nodes
     type(node_pairs_t), intent(in) :: pairs
     real(rp), intent(inout) :: sums(2, nodes%patch%nn)
     integer :: e, i, j, k, p, q
     real(rp) :: part
 
-    do p = 1, n
+    do p = 1, block%n
       do i = 1, 3
         do j = 1, 3
           do k = 1, 3
-            q = first(p) + (i - 1)*nodes%patch%stride(1) + (j - 1)*nodes%patch%stride(2) + k - 1
+            q = block%first(p) + (i - 1)*nodes%patch%stride(1) + (j - 1)*nodes%patch%stride(2) &
+                + k - 1
             e = pairs%first(q)
             if (e == 0) cycle
-            part = mass(p)*w(p, i)*w(p, 3 + j)*w(p, 6 + k)
+            part = block%ps(p, f_mass)*block%w(p, i)*block%w(p, 3 + j)*block%w(p, 6 + k)
             sums(:, q) = sums(:, q) &
-              + part*[1.0_rp, dot_product(x(p, :) - pairs%x(:, e), pairs%normal(:, e))]
+              + part*[1.0_rp, dot_product(block%ps(p, f_pos:f_pos + 2) - pairs%x(:, e), &
+                                          pairs%normal(:, e))]
           end do
         end do
       end do

@@ -7,6 +7,7 @@ module heat_nodes
   use heat_exchange, only: add_conductances, add_exchange, exchange_t, films_need_pressure
   use heat_gaps, only: add_gap_conductances, add_gap_fluxes, gaps_t
   use mpm_blocks, only: weights_of
+  use particles_block, only: block_t, view_block
   use particles_store, only: f_heat, f_jac, f_mass, f_tau, f_temp, n_conduction, particles_t
   use simulation_nodes, only: clear_nodes, nodes_t
   use simulation_parts, only: simulation_t
@@ -264,21 +265,21 @@ contains
   !> Fraction by which differences of particle temperatures that the grid does not resolve are
   !> smoothed in a conduction step: z/(1 + z) with z = c kappa dt/spacing^2, as in an implicit step,
   !> along the axis of the least spacing, where heat spreads first.
-  pure function smoothed_fraction(scene, body, dt, nf, ps) result(part)
+  pure function smoothed_fraction(scene, block, dt) result(part)
     type(scene_t), intent(in) :: scene
-    integer, intent(in) :: body, nf
+    type(block_t), intent(in) :: block
     real(rp), intent(in) :: dt                  !! time step [s]
-    real(rp), intent(in) :: ps(nlane, nf)
     real(rp) :: part(nlane), spacing(nlane)     !! part, least spacing of the particle [m]
     integer :: p
 
-    spacing = minval(scene%body(body)%spacing)
+    spacing = minval(scene%body(block%body)%spacing)
     if (scene%grid%is_graded()) then
       do p = 1, nlane
-        spacing(p) = minval(scene%spacing_of(body, ps(p, :)))
+        spacing(p) = minval(scene%spacing_of(block%body, block%ps(p, :)))
       end do
     end if
-    associate (mat => scene%material(scene%body(body)%material), temp => ps(:, f_temp))
+    associate (mat => scene%material(scene%body(block%body)%material), &
+               temp => block%ps(:, f_temp))
       part = smoothing*dt*mat%conductivity_at(temp) &
              /(mat%rho*mat%specific_heat_at(temp)*spacing**2)
       part = part/(1.0_rp + part)
@@ -307,19 +308,21 @@ contains
     type(nodes_t), intent(inout) :: nodes
     integer, intent(in) :: b
     logical, intent(in) :: with_pressure
-    integer :: first(nlane)
-    real(rp) :: c_p(nlane), w(nlane, 18)
+    type(block_t) :: block
+    real(rp) :: c_p(nlane)
 
-    associate (p => particles, body => scene%body(particles%body(b)))
-      call weights_of(scene, nodes, p%body(b), p%nf, p%ps(:, :, b), w, first)
-      c_p = scene%material(body%material)%specific_heat_at(p%ps(:, f_temp, b))
-      call capacity_to_grid(p%count(b), w, first, nodes%patch%stride, nodes%patch%nn, c_p, &
-                            p%ps(:, f_mass, b), p%ps(:, f_temp, b), p%ps(:, f_heat, b), nodes%rec, &
+    call view_block(particles, b, block)
+    call weights_of(scene, nodes, block)
+    associate (body => scene%body(block%body), ps => block%ps, w => block%w, &
+               first => block%first, patch => nodes%patch)
+      c_p = scene%material(body%material)%specific_heat_at(ps(:, f_temp))
+      call capacity_to_grid(block%n, w, first, patch%stride, patch%nn, c_p, ps(:, f_mass), &
+                            ps(:, f_temp), ps(:, f_heat), nodes%rec, &
                             nodes%g(:, :, body%heat_group))
-      if (with_pressure) call pressure_to_grid(p%count(b), w, first, nodes%patch%stride, &
-                                               nodes%patch%nn, c_p, p%ps(:, f_jac, b), &
-                                               p%ps(:, f_mass, b), p%ps(:, f_tau:f_tau + 2, b), &
-                                               nodes%rec, nodes%g(:, :, body%heat_group))
+      if (with_pressure) call pressure_to_grid(block%n, w, first, patch%stride, patch%nn, c_p, &
+                                               ps(:, f_jac), ps(:, f_mass), &
+                                               ps(:, f_tau:f_tau + 2), nodes%rec, &
+                                               nodes%g(:, :, body%heat_group))
     end associate
   end subroutine gather_block
 
@@ -330,19 +333,17 @@ contains
     type(nodes_t), intent(inout) :: nodes
     integer, intent(in) :: b
     real(rp), intent(in) :: dt                  !! time step [s]
-    integer :: first(nlane)
-    real(rp) :: w(nlane, 18)
+    type(block_t) :: block
 
-    associate (p => particles, body => scene%body(particles%body(b)))
-      call weights_of(scene, nodes, p%body(b), p%nf, p%ps(:, :, b), w, first)
-      associate (mat => scene%material(body%material), temp => p%ps(:, f_temp, b))
-        call flux_to_grid(p%count(b), w, first, nodes%patch%stride, nodes%patch%nn, dt, &
-                          mat%conductivity_at(temp), 1.0_rp/mat%rho, mat%specific_heat_at(temp), &
-                          p%ps(:, f_jac, b), p%ps(:, f_mass, b), temp, &
-                          smoothed_fraction(scene, p%body(b), dt, p%nf, p%ps(:, :, b)), &
-                          nodes%g(:, :, body%heat_group), nodes%rec, &
-                          nodes%g2(:, :, body%heat_group))
-      end associate
+    call view_block(particles, b, block)
+    call weights_of(scene, nodes, block)
+    associate (body => scene%body(block%body), ps => block%ps, temp => block%ps(:, f_temp), &
+               mat => scene%material(scene%body(block%body)%material))
+      call flux_to_grid(block%n, block%w, block%first, nodes%patch%stride, nodes%patch%nn, dt, &
+                        mat%conductivity_at(temp), 1.0_rp/mat%rho, mat%specific_heat_at(temp), &
+                        ps(:, f_jac), ps(:, f_mass), temp, smoothed_fraction(scene, block, dt), &
+                        nodes%g(:, :, body%heat_group), nodes%rec, &
+                        nodes%g2(:, :, body%heat_group))
     end associate
   end subroutine diffuse_block
 

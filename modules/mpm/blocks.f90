@@ -11,13 +11,14 @@ module mpm_blocks
   use base_kinds, only: nlane, rp
   use base_system, only: pack_records
   use grid_geometry, only: storage_nodes
+  use particles_block, only: block_t
   use particles_store, only: f_pos, f_vel, particles_t
   use simulation_nodes, only: nodes_t
   use simulation_run, only: clock_t
   use simulation_scene, only: scene_t
   use tools_tool, only: rigid_t, tool_t
   use transfer_gather, only: gather_block, lanes_t
-  use transfer_scatter, only: p2g_affine_block
+  use transfer_scatter, only: p2g_affine_block, p2g_values_block
   use transfer_weights, only: block_corners, block_weights, graded_axis, moment_weights, &
                               own_weights, uniform_axis
   implicit none (type, external)
@@ -26,7 +27,7 @@ module mpm_blocks
   public :: advance_particles, affine_to_grid, body_work, corners_of, force_records, &
             gather_gradient, gather_lanes, gather_slopes, gather_velocity, kinetic_energy, &
             momentum_records, move_rigid, set_rigid_velocities, start_rigid, stretch_domains, &
-            weights_of
+            values_to_grid, weights_of
 
   ! Limits of the half length of a particle domain [cells]: the domain stays within the reach of the
   ! stencil and does not degenerate.
@@ -34,22 +35,20 @@ module mpm_blocks
 
 contains
 
-  !> Weights, slopes (`w`) and first nodes for the particles `ps` of `body`.
-  subroutine weights_of(scene, nodes, body, nf, ps, w, first)
+  !> Weights, slopes and first nodes for the particles of a block.
+  subroutine weights_of(scene, nodes, block)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
-    integer, intent(in) :: body, nf
-    real(rp), intent(in) :: ps(nlane, nf)
-    real(rp), intent(out) :: w(nlane, 18)
-    integer, intent(out) :: first(nlane)
+    type(block_t), intent(inout) :: block
     integer :: a, at(nlane)
 
     if (nodes%patch%is_graded()) then
-      first = 1
+      block%first = 1
       associate (patch => nodes%patch)
         do a = 1, 3
-          associate (w_axis => w(:, 3*a - 2:3*a), slope => w(:, 3*a + 7:3*a + 9), &
-                     x => ps(:, f_pos + a - 1), low => patch%all%lo(a), high => patch%all%hi(a))
+          associate (w_axis => block%w(:, 3*a - 2:3*a), slope => block%w(:, 3*a + 7:3*a + 9), &
+                     x => block%ps(:, f_pos + a - 1), low => patch%all%lo(a), &
+                     high => patch%all%hi(a))
             if (patch%grading(a)%is_graded) then
               call patch%grading(a)%spans_of(low + 1, high - 1, x, at)
               at = at - low
@@ -58,33 +57,35 @@ contains
               call uniform_axis(patch%origin(a), 1.0_rp/patch%h(a), x, at, w_axis, slope)
             end if
           end associate
-          first = first + (at - 1)*patch%stride(a)
+          block%first = block%first + (at - 1)*patch%stride(a)
         end do
       end associate
     else if (scene%layout%half > 0) then
-      call own_weights(nodes%patch%origin, 1.0_rp/nodes%patch%h, ps(1, scene%layout%half), &
-                       nodes%patch%stride, ps(1, f_pos), w, first)
+      associate (half => scene%layout%half)
+        call own_weights(nodes%patch%origin, 1.0_rp/nodes%patch%h, block%ps(:, half:half + 2), &
+                         nodes%patch%stride, block%ps(:, f_pos:f_pos + 2), block%w, block%first)
+      end associate
     else
-      call block_weights(nodes%patch%origin, 1.0_rp/nodes%patch%h, scene%domain(body), &
-                         nodes%patch%stride, ps(1, f_pos), w, first)
+      call block_weights(nodes%patch%origin, 1.0_rp/nodes%patch%h, scene%domain(block%body), &
+                         nodes%patch%stride, block%ps(:, f_pos:f_pos + 2), block%w, block%first)
     end if
   end subroutine weights_of
 
   !> First nodes of the stencils without the weights, which takes much less time.
-  pure subroutine corners_of(scene, nodes, nf, ps, first)
+  pure subroutine corners_of(scene, nodes, block)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
-    integer, intent(in) :: nf
-    real(rp), intent(in) :: ps(nlane, nf)
-    integer, intent(out) :: first(nlane)
+    type(block_t), intent(inout) :: block
     logical :: is_own(nlane)
 
     associate (patch => nodes%patch)
       if (patch%is_graded()) then
-        call storage_nodes(scene%grid, patch, nlane, ps(:, f_pos:f_pos + 2), first, is_own)
-        first = first - sum(patch%stride)
+        call storage_nodes(scene%grid, patch, nlane, block%ps(:, f_pos:f_pos + 2), block%first, &
+                           is_own)
+        block%first = block%first - sum(patch%stride)
       else
-        call block_corners(patch%origin, 1.0_rp/patch%h, patch%stride, ps(1, f_pos), first)
+        call block_corners(patch%origin, 1.0_rp/patch%h, patch%stride, &
+                           block%ps(:, f_pos:f_pos + 2), block%first)
       end if
     end associate
   end subroutine corners_of
@@ -127,49 +128,67 @@ contains
     end do
   end subroutine momentum_records
 
-  !> Gather velocity, its change and its gradient (row by row) at `n` particles; zero in unused
-  !> lanes.
-  subroutine gather_velocity(n, w, first, stride, nn, g, rec, v, dv, l)
-    integer, intent(in) :: n, first(nlane), stride(3), nn
-    real(rp), intent(in) :: w(nlane, 18)
-    real(rp), intent(in) :: g(8, nn)              !! velocity in lanes 1:3, its change in 5:7 [m/s]
-    real(rp), intent(inout) :: rec(8, 4, nlane)   !! scratch
+  !> Add lanes 1:4 of the values of the records of a block to the nodes.
+  subroutine values_to_grid(nodes, block, g)
+    type(nodes_t), intent(in) :: nodes
+    type(block_t), intent(in) :: block
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)
+
+    call p2g_values_block(block%n, block%w, block%first, nodes%rec, nodes%patch%stride, &
+                          nodes%patch%nn, g)
+  end subroutine values_to_grid
+
+  !> Gather velocity, its change and its gradient (row by row) at the particles of a block; zero in
+  !> unused lanes.
+  subroutine gather_velocity(nodes, block, g, v, dv, l)
+    type(nodes_t), intent(in) :: nodes
+    type(block_t), intent(in) :: block
+    !> Velocity in lanes 1:3, its change in 5:7 [m/s].
+    real(rp), intent(in) :: g(8, nodes%patch%nn)
     real(rp), intent(out) :: v(nlane, 3), dv(nlane, 3), l(nlane, 9)
     type(lanes_t), parameter :: velocity = lanes_t(sloped=1, n_sloped=3, plain=5, n_plain=3)
 
-    call gather_block(velocity, n, w, first, stride, nn, g, rec, v, l, dv)
-    v(n + 1:, :) = 0.0_rp
-    dv(n + 1:, :) = 0.0_rp
-    l(n + 1:, :) = 0.0_rp
+    call gather_block(velocity, block%n, block%w, block%first, nodes%patch%stride, &
+                      nodes%patch%nn, g, nodes%rec, v, l, dv)
+    v(block%n + 1:, :) = 0.0_rp
+    dv(block%n + 1:, :) = 0.0_rp
+    l(block%n + 1:, :) = 0.0_rp
   end subroutine gather_velocity
 
-  !> Gather the slopes of lanes 1:3 (row by row) at `n` particles; undefined in unused lanes.
-  subroutine gather_slopes(n, w, first, stride, nn, g, rec, l)
-    integer, intent(in) :: n, first(nlane), stride(3), nn
-    real(rp), intent(in) :: w(nlane, 18), g(8, nn)
-    real(rp), intent(inout) :: rec(8, 4, nlane)   !! scratch
+  !> Gather the slopes of lanes 1:3 (row by row) at the particles of a block, with the weights `w`
+  !> if present; undefined in unused lanes.
+  subroutine gather_slopes(nodes, block, g, l, w)
+    type(nodes_t), intent(in) :: nodes
+    type(block_t), intent(in) :: block
+    real(rp), intent(in) :: g(8, nodes%patch%nn)
     real(rp), intent(out) :: l(nlane, 9)
+    real(rp), intent(in), optional :: w(nlane, 18)
     real(rp) :: v(nlane, 3), none(nlane, 0)
+    type(lanes_t), parameter :: slopes = lanes_t(sloped=1, n_sloped=3, plain=1, n_plain=0)
 
-    call gather_block(lanes_t(sloped=1, n_sloped=3, plain=1, n_plain=0), n, w, first, stride, nn, &
-                      g, rec, v, l, none)
+    if (present(w)) then
+      call gather_block(slopes, block%n, w, block%first, nodes%patch%stride, nodes%patch%nn, g, &
+                        nodes%rec, v, l, none)
+    else
+      call gather_block(slopes, block%n, block%w, block%first, nodes%patch%stride, &
+                        nodes%patch%nn, g, nodes%rec, v, l, none)
+    end if
   end subroutine gather_slopes
 
-  !> Gather `n_lanes` lanes of the nodal records, from `lane` on, at the particles of a block,
-  !> together with the weights.
-  subroutine gather_lanes(scene, nodes, body, n, nf, ps, lane, n_lanes, g, rec, w, first, u)
+  !> Set the weights of a block, and gather `n_lanes` lanes of the nodal records, from `lane` on.
+  subroutine gather_lanes(scene, nodes, lane, n_lanes, g, block, u)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
-    integer, intent(in) :: body, n, nf, lane, n_lanes
-    real(rp), intent(in) :: ps(nlane, nf), g(8, nodes%patch%nn)
-    real(rp), intent(inout) :: rec(8, 4, nlane)   !! scratch
-    real(rp), intent(out) :: w(nlane, 18), u(nlane, n_lanes)
-    integer, intent(out) :: first(nlane)
+    integer, intent(in) :: lane, n_lanes
+    real(rp), intent(in) :: g(8, nodes%patch%nn)
+    type(block_t), intent(inout) :: block
+    real(rp), intent(out) :: u(nlane, n_lanes)
     real(rp) :: none(nlane, 0), no_slopes(nlane, 0)
 
-    call weights_of(scene, nodes, body, nf, ps, w, first)
-    call gather_block(lanes_t(sloped=1, n_sloped=0, plain=lane, n_plain=n_lanes), n, w, first, &
-                      nodes%patch%stride, nodes%patch%nn, g, rec, none, no_slopes, u)
+    call weights_of(scene, nodes, block)
+    call gather_block(lanes_t(sloped=1, n_sloped=0, plain=lane, n_plain=n_lanes), block%n, &
+                      block%w, block%first, nodes%patch%stride, nodes%patch%nn, g, nodes%rec, &
+                      none, no_slopes, u)
   end subroutine gather_lanes
 
   !> Update the velocity by FLIP with a PIC fraction, and the position by the grid velocity; keep
@@ -233,41 +252,50 @@ contains
     end do
   end function body_work
 
-  !> Add the records of a block with the momentum m (v + C (x_i - x_p)) at node i.
-  subroutine affine_to_grid(nodes, n, x, c, w, first, rec, g)
+  !> Add the records of a block with the momentum m (v + C (x_i - x_p)) at node i, where C is field
+  !> `affine` of the particles, row by row [1/s].
+  subroutine affine_to_grid(nodes, block, affine, g)
     type(nodes_t), intent(in) :: nodes
-    integer, intent(in) :: n, first(nlane)
-    real(rp), intent(in) :: x(nlane, 3)    !! position [m]
-    real(rp), intent(in) :: c(nlane, 9)    !! C row by row [1/s]
-    real(rp), intent(in) :: w(nlane, 18)
-    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nodes%patch%nn)
+    type(block_t), intent(in) :: block
+    integer, intent(in) :: affine
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)
     real(rp) :: moment(nlane, 18), square(nlane, 3)
     integer :: b, p
 
-    call moment_weights(nodes%patch%origin, nodes%patch%h, x, w, moment, square)
-    do p = 1, n
-      do b = 1, 3
-        rec(1:4, 1 + b, p) = rec(1, 1, p)*[0.0_rp, c(p, b), c(p, 3 + b), c(p, 6 + b)]
+    call moment_weights(nodes%patch%origin, nodes%patch%h, block%ps(:, f_pos:f_pos + 2), block%w, &
+                        moment, square)
+    associate (rec => nodes%rec, c => block%ps(:, affine:affine + 8))
+      do p = 1, block%n
+        do b = 1, 3
+          rec(1:4, 1 + b, p) = rec(1, 1, p)*[0.0_rp, c(p, b), c(p, 3 + b), c(p, 6 + b)]
+        end do
       end do
-    end do
-    call p2g_affine_block(n, w, moment, first, rec, nodes%patch%stride, nodes%patch%nn, g)
+    end associate
+    call p2g_affine_block(block%n, block%w, moment, block%first, nodes%rec, nodes%patch%stride, &
+                          nodes%patch%nn, g)
   end subroutine affine_to_grid
 
   !> Gather the affine gradient C = sum w v_i (x_i - x_p)^T D^-1 with D = sum w (x_i - x_p)(x_i -
-  !> x_p)^T, which is diagonal. First moments take the place of the slopes, as both add up to zero.
-  subroutine gather_gradient(nodes, n, x, w, first, g, rec, c)
+  !> x_p)^T, which is diagonal, for the next step (APIC). First moments take the place of the
+  !> slopes, as both add up to zero.
+  subroutine gather_gradient(scene, nodes, g, block)
+    type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
-    integer, intent(in) :: n, first(nlane)
-    real(rp), intent(in) :: x(nlane, 3), w(nlane, 18), g(8, nodes%patch%nn)
-    real(rp), intent(inout) :: rec(8, 4, nlane), c(nlane, 9)
+    real(rp), intent(in) :: g(8, nodes%patch%nn)
+    type(block_t), intent(inout) :: block
     real(rp) :: moment(nlane, 18), square(nlane, 3), s(nlane, 9)
-    integer :: k
+    integer :: k, n
 
-    call moment_weights(nodes%patch%origin, nodes%patch%h, x, w, moment, square)
-    call gather_slopes(n, moment, first, nodes%patch%stride, nodes%patch%nn, g, rec, s)
-    do k = 1, 9
-      c(:n, k) = s(:n, k)/square(:n, 1 + mod(k - 1, 3))
-    end do
+    if (scene%layout%affine == 0) return
+    call moment_weights(nodes%patch%origin, nodes%patch%h, block%ps(:, f_pos:f_pos + 2), block%w, &
+                        moment, square)
+    call gather_slopes(nodes, block, g, s, moment)
+    n = block%n
+    associate (c => block%ps(:, scene%layout%affine:scene%layout%affine + 8))
+      do k = 1, 9
+        c(:n, k) = s(:n, k)/square(:n, 1 + mod(k - 1, 3))
+      end do
+    end associate
   end subroutine gather_gradient
 
   !> Set the nodes of rigid bodies to the mean velocity over the next `dt`.

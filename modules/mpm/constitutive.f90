@@ -6,6 +6,7 @@ module mpm_constitutive
   use mpm_blocks, only: body_work
   use mpm_fbar, only: relax_volume
   use mpm_stability, only: domain_factor
+  use particles_block, only: block_t
   use particles_store, only: f_bbar, f_flow, f_jac, f_mass, f_plastic, f_pos, f_rate, f_tau, &
                              f_temp, particles_t
   use physics_flow_law, only: flow_law_t, max_warnings
@@ -24,23 +25,21 @@ contains
   !> F-bar averaging. Relax the volume ratios towards the mean of each particle's cell and update
   !> the stress from them, before the stress does the work of the next strain; record the energy of
   !> the change.
-  subroutine average_volume(sim, body, n, w, first, nf, ps)
+  subroutine average_volume(sim, block)
     type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: body, n, first(nlane), nf
-    real(rp), intent(in) :: w(nlane, 18)             !! weights
-    real(rp), intent(inout) :: ps(nlane, nf)
+    type(block_t), intent(inout) :: block
     real(rp) :: before(nlane), energy(nlane)
 
-    if (sim%scene%body(body)%averaging == average_never) return
-    before = ps(:, f_jac)
-    associate (material => sim%scene%material(sim%scene%body(body)%material))
-      call relax_volume(sim%scene%body(body)%averaging, material%k, sim%clock%dt, body, n, w, &
-                        first, sim%nodes%patch%stride, size(sim%nodes%volume, 1), &
-                        sim%nodes%patch%nn, sim%nodes%volume, nf, ps)
-      call material%change_volume(n, ps(1, f_mass), ps(1, f_temp), ps(1, f_bbar), before, &
+    associate (averaging => sim%scene%body(block%body)%averaging, ps => block%ps, &
+               material => sim%scene%material(sim%scene%body(block%body)%material))
+      if (averaging == average_never) return
+      before = ps(:, f_jac)
+      call relax_volume(averaging, material%k, sim%clock%dt, sim%nodes%patch%stride, &
+                        size(sim%nodes%volume, 1), sim%nodes%patch%nn, sim%nodes%volume, block)
+      call material%change_volume(block%n, ps(1, f_mass), ps(1, f_temp), ps(1, f_bbar), before, &
                                   ps(1, f_jac), ps(1, f_tau), energy)
     end associate
-    sim%budget%sums(e_stress) = sim%budget%sums(e_stress) + sum(energy(:n))
+    sim%budget%sums(e_stress) = sim%budget%sums(e_stress) + sum(energy(:block%n))
   end subroutine average_volume
 
   !> Voids that the grid does not resolve. Metal around a sphere that is the part `void` of its room
@@ -49,21 +48,21 @@ contains
   !> equivalent rate r under the pressure p is compacted at the rate 3/2 f sinh(3p/2Y) r (Gurson
   !> 1977, J. Eng. Mater. Technol. 99:2), which takes the pressure: tanh(3p/4Y) falls exponentially
   !> with the strain. The volume ratio grows to that of the pressure, whose work is plastic work.
-  subroutine crush_voids(scene, budget, dt, body, n, nf, ps)
+  subroutine crush_voids(scene, budget, dt, block)
     type(scene_t), intent(in) :: scene
     type(budget_t), intent(inout) :: budget
     real(rp), intent(in) :: dt
-    integer, intent(in) :: body, n, nf
-    real(rp), intent(inout) :: ps(nlane, nf)
+    type(block_t), intent(inout) :: block
     real(rp) :: before(nlane), decay, energy(nlane), now, p, work(nlane)   !! work: [J]
     integer :: i
 
-    associate (void => scene%layout%void, porosity => scene%layout%porosity)
+    associate (void => scene%layout%void, porosity => scene%layout%porosity, n => block%n, &
+               ps => block%ps)
       if (void == 0) return
       if (all(ps(:n, void) <= 0.0_rp .and. ps(:n, porosity) <= 0.0_rp)) return
       before = ps(:, f_jac)
       work = 0.0_rp
-      associate (material => scene%material(scene%body(body)%material))
+      associate (material => scene%material(scene%body(block%body)%material))
         do i = 1, n
           p = -sum(ps(i, f_tau:f_tau + 2))/3.0_rp
           if (p <= 0.0_rp .or. ps(i, f_flow) <= 0.0_rp) cycle
@@ -84,8 +83,10 @@ contains
           ps(:n, f_temp), material%plastic_heat*work(:n)/(ps(:n, f_mass)*material%c_p))
       end associate
     end associate
-    budget%sums(e_plastic) = budget%sums(e_plastic) + sum(work(:n))
-    budget%sums(e_stress) = budget%sums(e_stress) + sum(work(:n)) + sum(energy(:n))
+    associate (n => block%n)
+      budget%sums(e_plastic) = budget%sums(e_plastic) + sum(work(:n))
+      budget%sums(e_stress) = budget%sums(e_stress) + sum(work(:n)) + sum(energy(:n))
+    end associate
   end subroutine crush_voids
 
   !> Acceleration of a body by gravity and loads in this step [m/s2]; zero for a rigid body.
@@ -109,65 +110,63 @@ contains
   end function external_acceleration
 
   !> Record the work of gravity and loads.
-  subroutine record_external_work(scene, step, budget, body, n, dt, v, dv, mass)
+  subroutine record_external_work(scene, step, budget, block, dt, v, dv)
     type(scene_t), intent(in) :: scene
     type(step_t), intent(in) :: step
     type(budget_t), intent(inout) :: budget
-    integer, intent(in) :: body, n
-    real(rp), intent(in) :: dt, v(nlane, 3), dv(nlane, 3), mass(nlane)
+    type(block_t), intent(in) :: block
+    real(rp), intent(in) :: dt, v(nlane, 3), dv(nlane, 3)
     real(rp) :: a(3)
 
-    a = external_acceleration(scene, step, body)
+    a = external_acceleration(scene, step, block%body)
     if (all(abs(a) <= 0.0_rp)) return
-    budget%sums(e_body) = budget%sums(e_body) + body_work(n, dt, a, mass, v, dv)
+    budget%sums(e_body) = budget%sums(e_body) + body_work(block%n, dt, a, block%ps(:, f_mass), &
+                                                      v, dv)
   end subroutine record_external_work
 
   !> Update the stress over `dt`. The flow law uses the particle's own temperature: the nodal
   !> temperature, a mean over neighbours of different strain, was off by 8 % of the rise at single
   !> particles of a squeezed cube.
-  subroutine update_block_stress(sim, body, n, dt, l, nf, ps, outcome)
+  subroutine update_block_stress(sim, block, dt, l, outcome)
     type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: body, n, nf
+    type(block_t), intent(inout) :: block
     real(rp), intent(in) :: dt, l(nlane, 9)
-    real(rp), intent(inout) :: ps(nlane, nf)
     type(outcome_t), intent(inout) :: outcome
     type(stress_sums_t) :: sums
     real(rp) :: temp(nlane)
     real(rp), allocatable :: factor(:)   !! factors on squared wave speeds, with cpGIMP only
 
-    temp = ps(:, f_temp)
-    associate (half => sim%scene%layout%half)
+    associate (half => sim%scene%layout%half, ps => block%ps, &
+               material => sim%scene%material(sim%scene%body(block%body)%material))
+      temp = ps(:, f_temp)
       if (half > 0) allocate (factor, source=domain_factor(sim%scene%grid%h, ps(:, half:half + 2)))
+      call advance_stress(material, block%n, dt, l, temp, ps(1, f_mass), ps(1, f_bbar), &
+                          ps(1, f_jac), ps(1, f_plastic), ps(1, f_temp), ps(1, f_tau), &
+                          ps(1, f_rate), ps(1, f_flow), sim%scene%layout%n_law, &
+                          ps(1, sim%scene%layout%law), sums, factor)
     end associate
-    call advance_stress(sim%scene%material(sim%scene%body(body)%material), n, dt, l, temp, &
-                        ps(1, f_mass), ps(1, f_bbar), ps(1, f_jac), ps(1, f_plastic), &
-                        ps(1, f_temp), ps(1, f_tau), ps(1, f_rate), ps(1, f_flow), &
-                        sim%scene%layout%n_law, ps(1, sim%scene%layout%law), sums, factor)
     sim%budget%sums(e_plastic) = sim%budget%sums(e_plastic) + sums%plastic_work
     sim%budget%sums(e_stress) = sim%budget%sums(e_stress) + sums%stress_work
     sim%budget%failed_returns = sim%budget%failed_returns + sums%failed
     outcome%stiffness = max(outcome%stiffness, sums%stiffness)
-    if (any(sums%warnings > 0)) then
-      call count_warnings(sim%scene, sim%clock, sim%budget, body, sums, nf, ps)
-    end if
+    if (any(sums%warnings > 0)) call count_warnings(sim%scene, sim%clock, sim%budget, block, sums)
   end subroutine update_block_stress
 
   !> Count particles outside the validity range of a flow law, and store the first occurrence.
-  subroutine count_warnings(scene, clock, budget, body, sums, nf, ps)
+  subroutine count_warnings(scene, clock, budget, block, sums)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(budget_t), intent(inout) :: budget
-    integer, intent(in) :: body, nf
+    type(block_t), intent(in) :: block
     type(stress_sums_t), intent(in) :: sums
-    real(rp), intent(in) :: ps(nlane, nf)
     integer :: k, place
 
     do k = 1, max_warnings
       if (sums%warnings(k) == 0) cycle
-      place = scene%material(scene%body(body)%material)%warning(k)
+      place = scene%material(scene%body(block%body)%material)%warning(k)
       if (budget%warnings(place) <= 0.0_rp) then
-        budget%warning_place(:, place) = [clock%time, ps(sums%lane(k), f_temp), &
-                                          ps(sums%lane(k), f_pos:f_pos + 2)]
+        budget%warning_place(:, place) = [clock%time, block%ps(sums%lane(k), f_temp), &
+                                          block%ps(sums%lane(k), f_pos:f_pos + 2)]
       end if
       budget%warnings(place) = budget%warnings(place) + sums%warnings(k)
     end do

@@ -4,8 +4,9 @@
 !> it those of `face_weights`: only nodes to which the particle itself contributes mass, so that
 !> each rank adds the faces of its own particles before the sum over ranks.
 module mpm_faces
-  use base_kinds, only: nlane, rp
+  use base_kinds, only: rp
   use grid_geometry, only: patch_t
+  use particles_block, only: block_t
   use particles_store, only: f_pos
   use simulation_nodes, only: nodes_t
   use simulation_scene, only: scene_t
@@ -24,47 +25,43 @@ module mpm_faces
 
 contains
 
-  !> Face `k` (xmin, xmax, ymin, ymax, zmin, zmax) of particle `p` of a block with the weights `w`
-  !> and `first`.
-  pure type(face_t) function face_of(scene, nodes, body, k, p, nf, ps, w, first)
+  !> Face `k` (xmin, xmax, ymin, ymax, zmin, zmax) of particle `p` of a block with its weights.
+  pure type(face_t) function face_of(scene, nodes, block, k, p)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
-    integer, intent(in) :: body, k, p, nf, first(nlane)
-    real(rp), intent(in) :: ps(nlane, nf), w(nlane, 18)
+    type(block_t), intent(in) :: block
+    integer, intent(in) :: k, p
     integer :: a
 
     a = (k + 1)/2
-    face_of%first = first(p)
-    face_of%w(:, 1) = w(p, 1:3)
-    face_of%w(:, 2) = w(p, 4:6)
-    face_of%w(:, 3) = w(p, 7:9)
-    face_of%w(:, a) = weights_across(scene, nodes, body, a, 2*mod(k + 1, 2) - 1, p, nf, ps, &
-                                     first(p))
+    face_of%first = block%first(p)
+    face_of%w = reshape(block%w(p, 1:9), [3, 3])
+    face_of%w(:, a) = weights_across(scene, nodes, block, a, 2*mod(k + 1, 2) - 1, p)
   end function face_of
 
   !> Weights of three nodes on axis `a` of the face on the `side` (-1, 1) of particle `p`. On a
   !> graded axis slopes are differences of linear functions over spans of different widths, and the
   !> weights of the outer nodes are scaled as those of the particles.
-  pure function weights_across(scene, nodes, body, a, side, p, nf, ps, first) result(w)
+  pure function weights_across(scene, nodes, block, a, side, p) result(w)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
-    integer, intent(in) :: body, a, side, p, nf, first   !! index of the first of 27 nodes
-    real(rp), intent(in) :: ps(nlane, nf)
+    type(block_t), intent(in) :: block
+    integer, intent(in) :: a, side, p
     real(rp) :: w(3), d, half(3), reach, spacing
     integer :: layers
 
-    d = place_on_axis(nodes, a, ps(p, f_pos:f_pos + 2), first)
-    half = scene%domain(body)
-    spacing = scene%body(body)%spacing(a)/nodes%patch%h(a)
+    d = place_on_axis(nodes, a, block%ps(p, f_pos:f_pos + 2), block%first(p))
+    half = scene%domain(block%body)
+    spacing = scene%body(block%body)%spacing(a)/nodes%patch%h(a)
     layers = 1
     reach = half(a)
     if (scene%method%is_bspline) layers = nint(1.0_rp/spacing)
     if (scene%layout%half > 0) then
-      half(a) = ps(p, scene%layout%half + a - 1)
+      half(a) = block%ps(p, scene%layout%half + a - 1)
       reach = half(a)
     end if
     w = face_weights(d, side, half(a), reach, layers, spacing)
-    call scale_by_spans(nodes%patch, a, first, w)
+    call scale_by_spans(nodes%patch, a, block%first(p), w)
   end function weights_across
 
   !> Scale weights of three nodes on axis `a`, calculated for equal cells, by the widths of the
@@ -107,24 +104,23 @@ contains
   !> Weights of three nodes on each axis at the point of contact on the surface of particle `p`, at
   !> `surface_offset` times half its spacing against the `normal`: interpolated between those of its
   !> centre and of its faces.
-  pure function surface_weights(scene, nodes, body, normal, surface_offset, p, nf, ps, w, first) &
-    result(at)
+  pure function surface_weights(scene, nodes, block, normal, surface_offset, p) result(at)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
-    integer, intent(in) :: body, p, nf, first(nlane)
+    type(block_t), intent(in) :: block
     real(rp), intent(in) :: normal(3)           !! unit vector, out of the other body
-    real(rp), intent(in) :: surface_offset, ps(nlane, nf), w(nlane, 18)
+    real(rp), intent(in) :: surface_offset
+    integer, intent(in) :: p
     real(rp) :: at(3, 3), part
     integer :: a, side
 
-    associate (spacing => scene%spacing_of(body, ps(p, :)))
+    associate (spacing => scene%spacing_of(block%body, block%ps(p, :)))
       do a = 1, 3
-        at(:, a) = w(p, 3*a - 2:3*a)
+        at(:, a) = block%w(p, 3*a - 2:3*a)
         part = surface_offset*min(1.0_rp, norm2(normal*spacing)*abs(normal(a))/spacing(a))
         if (part <= 0.0_rp) cycle
         side = merge(-1, 1, normal(a) > 0.0_rp)
-        at(:, a) = at(:, a) + part*(weights_across(scene, nodes, body, a, side, p, nf, ps, &
-                                                   first(p)) - at(:, a))
+        at(:, a) = at(:, a) + part*(weights_across(scene, nodes, block, a, side, p) - at(:, a))
       end do
     end associate
   end function surface_weights

@@ -13,6 +13,7 @@
 module mpm_fbar
   use base_kinds, only: nlane, rp
   use base_world, only: world_t
+  use particles_block, only: block_t
   use particles_store, only: f_flow, f_jac, f_mass, f_rate
   use simulation_nodes, only: nodes_t
   use simulation_scene, only: average_always, average_never, scene_t
@@ -57,23 +58,25 @@ contains
 
   !> Add mass and mass times J of a block, weighted by the averaging fractions, to the lowest nodes
   !> of the cells of its particles.
-  pure subroutine add_volume(averaging, bulk, dt, body, n, w, first, stride, nf, ps, rows, nn, &
-                             volume)
-    integer, intent(in) :: averaging, body, n, first(nlane), stride(3), nf, rows, nn
+  pure subroutine add_volume(averaging, bulk, dt, block, stride, rows, nn, volume)
+    integer, intent(in) :: averaging
     real(rp), intent(in) :: bulk, dt                       !! K [Pa], length of the last step [s]
-    real(rp), intent(in) :: w(nlane, 18), ps(nlane, nf)
+    type(block_t), intent(in) :: block
+    integer, intent(in) :: stride(3), rows, nn
     real(rp), intent(inout) :: volume(rows, nn)
     real(rp) :: mass(nlane)
     integer :: cell(nlane), p, r
 
     if (averaging == average_never) return
-    mass = ps(:, f_mass)*averaging_fraction(averaging, bulk, dt, ps(:, f_rate), ps(:, f_flow))
-    cell = cells_of(w, first, stride)
-    r = 2*body - 1
-    do p = 1, n
-      volume(r, cell(p)) = volume(r, cell(p)) + mass(p)
-      volume(r + 1, cell(p)) = volume(r + 1, cell(p)) + mass(p)*ps(p, f_jac)
-    end do
+    associate (ps => block%ps)
+      mass = ps(:, f_mass)*averaging_fraction(averaging, bulk, dt, ps(:, f_rate), ps(:, f_flow))
+      cell = cells_of(block%w, block%first, stride)
+      r = 2*block%body - 1
+      do p = 1, block%n
+        volume(r, cell(p)) = volume(r, cell(p)) + mass(p)
+        volume(r + 1, cell(p)) = volume(r + 1, cell(p)) + mass(p)*ps(p, f_jac)
+      end do
+    end associate
   end subroutine add_volume
 
   !> Lowest node of each particle's cell, from its weights: of the three nodes along an axis, the
@@ -101,23 +104,24 @@ contains
   end subroutine sum_volume
 
   !> Relax J of the particles of a block towards the mean of their cells.
-  pure subroutine relax_volume(averaging, bulk, dt, body, n, w, first, stride, rows, nn, volume, &
-                              nf, ps)
-    integer, intent(in) :: averaging, body, n, first(nlane), stride(3), rows, nn, nf
+  pure subroutine relax_volume(averaging, bulk, dt, stride, rows, nn, volume, block)
+    integer, intent(in) :: averaging, stride(3), rows, nn
     real(rp), intent(in) :: bulk, dt                       !! K [Pa], length of the last step [s]
-    real(rp), intent(in) :: w(nlane, 18), volume(rows, nn)
-    real(rp), intent(inout) :: ps(nlane, nf)
+    real(rp), intent(in) :: volume(rows, nn)
+    type(block_t), intent(inout) :: block
     real(rp) :: share(nlane)
     integer :: cell(nlane), p, r
 
-    share = averaging_fraction(averaging, bulk, dt, ps(:, f_rate), ps(:, f_flow))
-    cell = cells_of(w, first, stride)
-    r = 2*body - 1
-    do p = 1, n
-      if (share(p)*ps(p, f_mass) <= 0.0_rp) cycle
-      ps(p, f_jac) = ps(p, f_jac) &
-                     + share(p)*(volume(r + 1, cell(p))/volume(r, cell(p)) - ps(p, f_jac))
-    end do
+    associate (ps => block%ps)
+      share = averaging_fraction(averaging, bulk, dt, ps(:, f_rate), ps(:, f_flow))
+      cell = cells_of(block%w, block%first, stride)
+      r = 2*block%body - 1
+      do p = 1, block%n
+        if (share(p)*ps(p, f_mass) <= 0.0_rp) cycle
+        ps(p, f_jac) = ps(p, f_jac) &
+                       + share(p)*(volume(r + 1, cell(p))/volume(r, cell(p)) - ps(p, f_jac))
+      end do
+    end associate
   end subroutine relax_volume
 
 end module mpm_fbar

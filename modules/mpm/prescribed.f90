@@ -3,13 +3,13 @@
 module mpm_prescribed
   use base_kinds, only: nlane, rp
   use mpm_blocks, only: max_half, min_half
+  use particles_block, only: block_t
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_tau, f_temp, f_vel, layout_t, &
                              particles_t
   use physics_field, only: field_t
   use physics_material, only: material_t
   use physics_stress, only: compute_elastic_stress
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: clock_t, e_body, step_t
+  use simulation_run, only: budget_t, clock_t, e_body, step_t
   use simulation_scene, only: scene_t, scheme_musl, scheme_usl
   implicit none (type, external)
   private
@@ -158,34 +158,39 @@ contains
   end function velocity_time
 
   !> Add the body force of a block's field to its records.
-  subroutine add_prescribed_force(scene, step, body, nf, ps, rec)
+  subroutine add_prescribed_force(scene, step, block, rec)
     type(scene_t), intent(in) :: scene
     type(step_t), intent(in) :: step
-    integer, intent(in) :: body, nf
-    real(rp), intent(in) :: ps(nlane, nf)
+    type(block_t), intent(in) :: block
     real(rp), intent(inout) :: rec(8, 4, nlane)
     real(rp) :: b(nlane, 3)
     integer :: p
 
-    call scene%body(body)%field%force(step%force_time, ps(1, scene%layout%origin), b)
+    associate (origin => scene%layout%origin)
+      call scene%body(block%body)%field%force(step%force_time, block%ps(:, origin:origin + 2), b)
+    end associate
     do p = 1, nlane
-      rec(5:7, 1, p) = rec(5:7, 1, p) + ps(p, f_mass)*b(p, :)
+      rec(5:7, 1, p) = rec(5:7, 1, p) + block%ps(p, f_mass)*b(p, :)
     end do
   end subroutine add_prescribed_force
 
   !> Record the work of the prescribed body force in a step, with the mean grid velocity `v` -
   !> `dv`/2.
-  subroutine record_prescribed_work(sim, body, n, dt, v, dv, nf, ps)
-    type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: body, n, nf
-    real(rp), intent(in) :: dt, v(nlane, 3), dv(nlane, 3), ps(nlane, nf)
+  subroutine record_prescribed_work(scene, step, budget, block, dt, v, dv)
+    type(scene_t), intent(in) :: scene
+    type(step_t), intent(in) :: step
+    type(budget_t), intent(inout) :: budget
+    type(block_t), intent(in) :: block
+    real(rp), intent(in) :: dt, v(nlane, 3), dv(nlane, 3)
     real(rp) :: b(nlane, 3)
     integer :: p
 
-    call sim%scene%body(body)%field%force(sim%step%force_time, ps(1, sim%scene%layout%origin), b)
-    do p = 1, n
-      sim%budget%sums(e_body) = sim%budget%sums(e_body) + dt*ps(p, f_mass)*dot_product(b(p, :), &
-        v(p, :) - 0.5_rp*dv(p, :))
+    associate (origin => scene%layout%origin)
+      call scene%body(block%body)%field%force(step%force_time, block%ps(:, origin:origin + 2), b)
+    end associate
+    do p = 1, block%n
+      budget%sums(e_body) = budget%sums(e_body) &
+        + dt*block%ps(p, f_mass)*dot_product(b(p, :), v(p, :) - 0.5_rp*dv(p, :))
     end do
   end subroutine record_prescribed_work
 

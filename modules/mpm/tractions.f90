@@ -4,6 +4,7 @@ module mpm_tractions
   use base_kinds, only: nlane, rp
   use mpm_blocks, only: weights_of
   use mpm_faces, only: add_to_nodes, face_area, face_of, face_t, mean_velocity
+  use particles_block, only: block_t, view_block
   use particles_store, only: tag_faces
   use simulation_parts, only: simulation_t
   use simulation_run, only: e_body, step_t
@@ -24,7 +25,7 @@ contains
     integer :: b, group, i, n
 
     do b = 1, sim%particles%nblk
-      call list_loaded_faces(sim, b, sim%particles%nf, sim%particles%ps(:, :, b), n, face, force)
+      call list_loaded_faces(sim, b, n, face, force)
       group = sim%scene%body(sim%particles%body(b))%group
       do i = 1, n
         call add_to_nodes(face(i), force(:, i), 5, sim%nodes%patch%stride, sim%nodes%patch%nn, &
@@ -43,7 +44,7 @@ contains
     integer :: b, group, i, n
 
     do b = 1, sim%particles%nblk
-      call list_loaded_faces(sim, b, sim%particles%nf, sim%particles%ps(:, :, b), n, face, force)
+      call list_loaded_faces(sim, b, n, face, force)
       group = sim%scene%body(sim%particles%body(b))%group
       do i = 1, n
         sim%budget%sums(e_body) = sim%budget%sums(e_body) + dt*dot_product(force(:, i), &
@@ -53,50 +54,50 @@ contains
   end subroutine record_traction_work
 
   !> List the `n` loaded faces of block `b` and the current force on each [N].
-  subroutine list_loaded_faces(sim, b, nf, ps, n, face, force)
+  subroutine list_loaded_faces(sim, b, n, face, force)
     type(simulation_t), intent(in) :: sim
-    integer, intent(in) :: b, nf
-    real(rp), intent(in) :: ps(nlane, nf)
+    integer, intent(in) :: b
     integer, intent(out) :: n
     type(face_t), intent(inout) :: face(6*nlane)
     real(rp), intent(inout) :: force(3, 6*nlane)
-    integer :: first(nlane), body, faces(nlane), k, p
-    real(rp) :: w(nlane, 18), stress(3)
+    type(block_t) :: block
+    integer :: faces(nlane), k, p
+    real(rp) :: stress(3)
 
     n = 0
-    body = sim%particles%body(b)
-    if (.not. allocated(sim%scene%body(body)%traction)) return
+    call view_block(sim%particles, b, block)
+    if (.not. allocated(sim%scene%body(block%body)%traction)) return
     faces = 0
-    faces(:sim%particles%count(b)) = tag_faces(sim%particles%tag(:sim%particles%count(b), b))
+    faces(:block%n) = tag_faces(sim%particles%tag(:block%n, b))
     if (all(faces == 0)) return
-    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
-    do p = 1, sim%particles%count(b)
+    call weights_of(sim%scene, sim%nodes, block)
+    do p = 1, block%n
       do k = 1, 6
         if (.not. btest(faces(p), k - 1)) cycle
-        stress = stress_on(sim%scene, sim%step, body, k, p, nf, ps)
+        stress = stress_on(sim%scene, sim%step, block, k, p)
         if (all(abs(stress) <= 0.0_rp)) cycle
         n = n + 1
-        face(n) = face_of(sim%scene, sim%nodes, body, k, p, nf, ps, w, first)
-        force(:, n) = face_area(sim%scene, body, ps(p, :), k)*stress
+        face(n) = face_of(sim%scene, sim%nodes, block, k, p)
+        force(:, n) = face_area(sim%scene, block%body, block%ps(p, :), k)*stress
       end do
     end do
   end subroutine list_loaded_faces
 
   !> Sum of the current tractions on face `k` of particle `p` [Pa].
-  pure function stress_on(scene, step, body, k, p, nf, ps) result(stress)
+  pure function stress_on(scene, step, block, k, p) result(stress)
     type(scene_t), intent(in) :: scene
     type(step_t), intent(in) :: step
-    integer, intent(in) :: body, k, p, nf
-    real(rp), intent(in) :: ps(nlane, nf)
+    type(block_t), intent(in) :: block
+    integer, intent(in) :: k, p
     real(rp) :: stress(3), ramped
     integer :: i
 
     stress = 0.0_rp
-    associate (tractions => scene%body(body)%traction, origin => scene%layout%origin)
+    associate (tractions => scene%body(block%body)%traction, origin => scene%layout%origin)
       do i = 1, size(tractions)
         if (tractions(i)%has_box) then
-          if (any(ps(p, origin:origin + 2) < tractions(i)%lower) .or. &
-              any(ps(p, origin:origin + 2) > tractions(i)%upper)) cycle
+          if (any(block%ps(p, origin:origin + 2) < tractions(i)%lower) .or. &
+              any(block%ps(p, origin:origin + 2) > tractions(i)%upper)) cycle
         end if
         ramped = 1.0_rp
         if (step%force_time < tractions(i)%ramp) ramped = step%force_time/tractions(i)%ramp

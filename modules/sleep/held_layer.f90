@@ -22,6 +22,7 @@ module sleep_held_layer
   use mpm_constitutive, only: external_acceleration
   use mpm_fbar, only: clear_volume
   use mpm_sweeps, only: force_to_grid
+  use particles_block, only: block_t, view_block
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel
   use simulation_nodes, only: clear_nodes, min_node_inertia, nodes_t, update_nodes
   use simulation_parts, only: boundary_t, simulation_t
@@ -41,6 +42,7 @@ contains
   !> Collective. Gather the contributions of the layer, if they may have changed.
   subroutine freeze_layer(sim)
     type(simulation_t), intent(inout) :: sim
+    type(block_t) :: block
     integer :: b
 
     if (.not. sim%scene%method%sleep%is_on .or. .not. sim%sleepers%layer%is_stale) return
@@ -48,8 +50,8 @@ contains
     call clear_nodes(sim%nodes, sim%nodes%g)
     call clear_volume(sim%scene, sim%nodes)
     do b = sim%particles%n_awake + 1, sim%particles%n_mapped
-      call force_to_grid(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
-                         sim%particles%ps(:, :, b), sim%nodes%rec, sim%nodes%g(:, :, 1))
+      call view_block(sim%particles, b, block)
+      call force_to_grid(sim, block, sim%nodes%g(:, :, 1))
     end do
     call store_layer_records(sim%scene, sim%nodes, sim%sleepers, sim%nodes%g(:, :, 1))
     call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, sim%nodes%g(:, :, 1), &
@@ -237,6 +239,7 @@ contains
     logical, intent(in) :: near(sim%nodes%patch%nn)
     real(rp), intent(out) :: force(3, size(sim%scene%condition))
     type(budget_t) :: before
+    type(block_t) :: block
     real(rp) :: lost(8, size(sim%scene%symmetry)), scaling
     integer :: b
 
@@ -245,8 +248,8 @@ contains
     sim%clock%mass_scaling = 1.0_rp         ! the force must not depend on when it was found
     call clear_nodes(sim%nodes, sim%nodes%g)
     do b = sim%particles%n_awake + 1, last
-      call add_force(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, near, &
-                     sim%particles%ps(:, :, b), sim%nodes%g(:, :, 1))
+      call view_block(sim%particles, b, block)
+      call add_force(sim, near, block, sim%nodes%g(:, :, 1))
     end do
     lost = 0.0_rp
     call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, sim%nodes%g(:, :, 1), lost)
@@ -263,24 +266,24 @@ contains
   end subroutine find_wall_forces
 
   !> Add mass and force of a block to the nodes, if one of its particles is near a held node.
-  subroutine add_force(sim, body, n, nf, near, ps, g)
+  subroutine add_force(sim, near, block, g)
     type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: body, n, nf
     logical, intent(in) :: near(sim%nodes%patch%nn)
-    real(rp), intent(in) :: ps(nlane, nf)
+    type(block_t), intent(inout) :: block
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
-    integer :: first(nlane), node(nlane)
+    integer :: node(nlane)
     logical :: is_own(nlane)
-    real(rp) :: w(nlane, 18)
 
-    call storage_nodes(sim%scene%grid, sim%nodes%patch, nlane, ps(1, f_pos), node, is_own)
-    if (.not. any(near(node(:n)))) return
-    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
-    call force_records(sim%clock%mass_scaling, &
-                       1.0_rp/sim%scene%material(sim%scene%body(body)%material)%rho, &
-                       external_acceleration(sim%scene, sim%step, body), ps(1, f_mass), &
-                       ps(1, f_vel), ps(1, f_tau), ps(1, f_temp), sim%nodes%rec)
-    call p2g_block(n, w, first, sim%nodes%rec, sim%nodes%patch%stride, sim%nodes%patch%nn, g)
+    associate (nodes => sim%nodes, ps => block%ps, body => sim%scene%body(block%body))
+      call storage_nodes(sim%scene%grid, nodes%patch, nlane, ps(1, f_pos), node, is_own)
+      if (.not. any(near(node(:block%n)))) return
+      call weights_of(sim%scene, nodes, block)
+      call force_records(sim%clock%mass_scaling, 1.0_rp/sim%scene%material(body%material)%rho, &
+                         external_acceleration(sim%scene, sim%step, block%body), ps(1, f_mass), &
+                         ps(1, f_vel), ps(1, f_tau), ps(1, f_temp), nodes%rec)
+      call p2g_block(block%n, block%w, block%first, nodes%rec, nodes%patch%stride, &
+                     nodes%patch%nn, g)
+    end associate
   end subroutine add_force
 
 end module sleep_held_layer

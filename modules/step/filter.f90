@@ -8,12 +8,13 @@ module step_filter
   use boundary_clamps, only: release_held
   use boundary_symmetry, only: reflect, r_filter, restore
   use contact_body_pairs, only: join_increments
-  use mpm_blocks, only: gather_lanes
+  use mpm_blocks, only: gather_lanes, values_to_grid
+  use particles_block, only: block_t, view_block
   use particles_store, only: f_mass
   use simulation_nodes, only: clear_nodes, nodes_t
   use simulation_parts, only: simulation_t
-  use simulation_scene, only: transfer_xpic
-  use transfer_scatter, only: p2g_values_block
+  use simulation_run, only: clock_t
+  use simulation_scene, only: scene_t, transfer_xpic
   implicit none (type, external)
   private
 
@@ -76,30 +77,34 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: increment(8, sim%nodes%patch%nn, sim%nodes%n_groups)
     real(rp), intent(inout) :: mapped(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    type(block_t) :: block
     integer :: b, k
 
     do b = 1, sim%particles%nblk
       call sim%particles%fetch(b + 1, f_mass)
-      k = sim%scene%body(sim%particles%body(b))%group
-      call map_block(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
-                     sim%particles%ps(:, :, b), increment(:, :, k), sim%nodes%rec, mapped(:, :, k))
+      call view_block(sim%particles, b, block)
+      k = sim%scene%body(block%body)%group
+      call map_block(sim%scene, sim%clock, sim%nodes, block, increment(:, :, k), mapped(:, :, k))
     end do
   end subroutine map_and_return
 
   !> Map the increment of one block to its particles and back.
-  subroutine map_block(sim, body, n, nf, ps, increment, rec, mapped)
-    type(simulation_t), intent(in) :: sim
-    integer, intent(in) :: body, n, nf
-    real(rp), intent(in) :: ps(nlane, nf), increment(8, sim%nodes%patch%nn)
-    real(rp), intent(inout) :: rec(8, 4, nlane), mapped(8, sim%nodes%patch%nn)
-    integer :: first(nlane), p
-    real(rp) :: u(nlane, 3), w(nlane, 18)
+  subroutine map_block(scene, clock, nodes, block, increment, mapped)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(in) :: nodes
+    type(block_t), intent(inout) :: block
+    real(rp), intent(in) :: increment(8, nodes%patch%nn)
+    real(rp), intent(inout) :: mapped(8, nodes%patch%nn)
+    integer :: p
+    real(rp) :: u(nlane, 3)
 
-    call gather_lanes(sim%scene, sim%nodes, body, n, nf, ps, 5, 3, increment, rec, w, first, u)
-    do p = 1, n
-      rec(1:4, 1, p) = sim%clock%mass_scaling*ps(p, f_mass)*[u(p, 1), u(p, 2), u(p, 3), 0.0_rp]
+    call gather_lanes(scene, nodes, 5, 3, increment, block, u)
+    do p = 1, block%n
+      nodes%rec(1:4, 1, p) = clock%mass_scaling*block%ps(p, f_mass) &
+                             *[u(p, 1), u(p, 2), u(p, 3), 0.0_rp]
     end do
-    call p2g_values_block(n, w, first, rec, sim%nodes%patch%stride, sim%nodes%patch%nn, mapped)
+    call values_to_grid(nodes, block, mapped)
   end subroutine map_block
 
   !> Apply d' = (1 - S+ S) d to the increment, and clear `mapped`.

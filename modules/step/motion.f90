@@ -6,12 +6,12 @@ module step_motion
   use base_kinds, only: nlane, rp
   use base_world, only: world_t
   use boundary_symmetry, only: r_filter, r_momentum, reflect, restore
-  use mpm_blocks, only: gather_lanes, weights_of
+  use mpm_blocks, only: gather_lanes, values_to_grid, weights_of
+  use particles_block, only: block_t, view_block
   use particles_store, only: f_mass, f_vel
   use simulation_nodes, only: clear_nodes, min_node_mass, nodes_t
   use simulation_parts, only: boundary_t, simulation_t
   use simulation_scene, only: scene_t
-  use transfer_scatter, only: p2g_values_block
   implicit none (type, external)
   private
 
@@ -25,6 +25,8 @@ contains
   subroutine find_motion(sim)
     type(simulation_t), intent(inout) :: sim
     logical :: flows(sim%nodes%n_groups)
+    type(block_t) :: block
+    real(rp) :: v(nlane, 3)
     integer :: b, i, k
 
     if (.not. sim%scene%method%shows_motion) return
@@ -37,40 +39,33 @@ contains
       b = i
       if (i <= sim%particles%n_awake) b = sim%particles%turn(i)
       k = sim%scene%body(sim%particles%body(b))%group
-      if (flows(k)) then
-        call add_momentum(sim%scene, sim%nodes, sim%particles%body(b), sim%particles%count(b), &
-                          sim%particles%nf, sim%particles%ps(:, :, b), sim%nodes%rec, &
-                          sim%nodes%g2(:, :, k))
-      end if
+      call view_block(sim%particles, b, block)
+      if (flows(k)) call add_momentum(sim%scene, sim%nodes, block, sim%nodes%g2(:, :, k))
     end do
     call find_velocities(sim%world, sim%scene, sim%nodes, sim%boundary)
     do i = 1, sim%particles%n_awake
       b = sim%particles%turn(i)
       k = sim%scene%body(sim%particles%body(b))%group
-      if (flows(k)) then
-        call interpolate_velocity(sim%scene, sim%nodes, sim%particles%body(b), &
-                                  sim%particles%count(b), sim%particles%nf, &
-                                  sim%particles%ps(:, :, b), sim%nodes%g2(:, :, k), sim%nodes%rec, &
-                                  sim%particles%motion(:, :, b))
-      end if
+      if (.not. flows(k)) cycle
+      call view_block(sim%particles, b, block)
+      call gather_lanes(sim%scene, sim%nodes, 5, 3, sim%nodes%g2(:, :, k), block, v)
+      sim%particles%motion(:block%n, :, b) = v(:block%n, :)
     end do
   end subroutine find_motion
 
   !> Add mass and momentum of a block to lanes 1:4 of the nodes.
-  subroutine add_momentum(scene, nodes, body, n, nf, ps, rec, g)
+  subroutine add_momentum(scene, nodes, block, g)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
-    integer, intent(in) :: body, n, nf
-    real(rp), intent(in) :: ps(nlane, nf)
-    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nodes%patch%nn)
-    integer :: first(nlane), p
-    real(rp) :: w(nlane, 18)
+    type(block_t), intent(inout) :: block
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)
+    integer :: p
 
-    call weights_of(scene, nodes, body, nf, ps, w, first)
-    do p = 1, n
-      rec(1:4, 1, p) = ps(p, f_mass)*[1.0_rp, ps(p, f_vel:f_vel + 2)]
+    call weights_of(scene, nodes, block)
+    do p = 1, block%n
+      nodes%rec(1:4, 1, p) = block%ps(p, f_mass)*[1.0_rp, block%ps(p, f_vel:f_vel + 2)]
     end do
-    call p2g_values_block(n, w, first, rec, nodes%patch%stride, nodes%patch%nn, g)
+    call values_to_grid(nodes, block, g)
   end subroutine add_momentum
 
   !> Collective. Sum the nodal momenta over the ranks and divide by mass: velocities in lanes 5:7.
@@ -96,19 +91,5 @@ contains
       end do
     end associate
   end subroutine find_velocities
-
-  !> Interpolate the nodal velocities, lanes 5:7, to the particles of a block.
-  subroutine interpolate_velocity(scene, nodes, body, n, nf, ps, g, rec, v)
-    type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(in) :: nodes
-    integer, intent(in) :: body, n, nf
-    real(rp), intent(in) :: ps(nlane, nf), g(8, nodes%patch%nn)
-    real(rp), intent(inout) :: rec(8, 4, nlane), v(nlane, 3)
-    integer :: first(nlane)
-    real(rp) :: u(nlane, 3), w(nlane, 18)
-
-    call gather_lanes(scene, nodes, body, n, nf, ps, 5, 3, g, rec, w, first, u)
-    v(:n, :) = u(:n, :)
-  end subroutine interpolate_velocity
 
 end module step_motion

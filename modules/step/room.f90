@@ -14,7 +14,8 @@ module step_room
   use base_kinds, only: i8, nlane, rp
   use base_world, only: world_t
   use boundary_symmetry, only: r_momentum, reflect
-  use mpm_blocks, only: gather_lanes, weights_of
+  use mpm_blocks, only: gather_lanes, values_to_grid, weights_of
+  use particles_block, only: block_t, view_block
   use particles_store, only: f_jac, f_mass, f_plastic, f_pos, particles_t
   use simulation_conditions, only: wall_t
   use simulation_nodes, only: clear_nodes, nodes_t
@@ -22,7 +23,6 @@ module step_room
   use simulation_scene, only: scene_t
   use tools_tool, only: tool_t
   use transfer_gather, only: gather_block, lanes_t
-  use transfer_scatter, only: p2g_values_block
   implicit none (type, external)
   private
 
@@ -50,6 +50,7 @@ contains
   !> metal that flows breaks, so that of other bodies the first step is enough.
   subroutine keep_room(sim)
     type(simulation_t), intent(inout) :: sim
+    type(block_t) :: block
     integer :: b, i
 
     if (.not. sim%scene%method%has_mechanics) return
@@ -64,20 +65,16 @@ contains
       call clear_nodes(sim%nodes, mark)
       if (sim%world%all_true(.not. has_stirred(sim%scene, sim%particles))) return
       do i = 1, sim%particles%n_mapped
-        b = turn_of(sim%particles, i)
-        call mark_surface(sim%scene, sim%nodes, sim%particles%body(b), sim%particles%count(b), &
-                          sim%particles%nf, sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, 1), &
-                          mark(:, :, 1))
+        call view_block(sim%particles, turn_of(sim%particles, i), block)
+        call mark_surface(sim%scene, sim%nodes, g(:, :, 1), block, mark(:, :, 1))
       end do
       call free_surface(sim%world, sim%scene, sim%nodes, sim%boundary, g(:, :, 1), mark(:, :, 1))
       do i = 1, sim%particles%n_awake
         b = turn_of(sim%particles, i)
-        call find_porosity(sim%scene, sim%nodes, sim%particles%body(b), sim%particles%count(b), &
-                           sim%particles%nf, sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, 1))
+        call view_block(sim%particles, b, block)
+        call find_porosity(sim%scene, sim%nodes, g(:, :, 1), block)
         if (.not. is_stirred(sim%scene, sim%particles, b)) cycle
-        call move_block(sim%scene, sim%tool, sim%nodes, sim%particles%body(b), &
-                        sim%particles%count(b), sim%particles%nf, sim%particles%ps(:, :, b), &
-                        sim%nodes%rec, g(:, :, 1))
+        call move_block(sim%scene, sim%tool, sim%nodes, g(:, :, 1), block)
       end do
     end associate
     sim%clock%displacement = sim%clock%displacement + most*sim%scene%grid%longest()
@@ -89,22 +86,20 @@ contains
   subroutine fill_rooms(sim, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    type(block_t) :: block
     logical :: is_fragmented
-    integer :: b, i
+    integer :: i
 
     call clear_nodes(sim%nodes, g)
     do i = 1, sim%particles%n_mapped   ! including sleepers that share nodes with awake particles
-      b = turn_of(sim%particles, i)
-      call add_volumes(sim%scene, sim%nodes, sim%particles%body(b), sim%particles%count(b), &
-                       sim%particles%nf, sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, 1))
+      call view_block(sim%particles, turn_of(sim%particles, i), block)
+      call add_volumes(sim%scene, sim%nodes, block, g(:, :, 1))
     end do
     call find_excess(sim, g(:, :, 1))
     is_fragmented = .false.
     do i = 1, sim%particles%n_awake
-      b = sim%particles%turn(i)
-      call find_voids(sim%clock%step > 1_i8, sim%scene, sim%nodes, sim%particles%body(b), &
-                      sim%particles%count(b), sim%particles%nf, sim%particles%ps(:, :, b), &
-                      sim%nodes%rec, g(:, :, 1), is_fragmented)
+      call view_block(sim%particles, sim%particles%turn(i), block)
+      call find_voids(sim%clock%step > 1_i8, sim%scene, sim%nodes, g(:, :, 1), block, is_fragmented)
     end do
     sim%clock%fragments = merge(0, 1, sim%world%all_true(.not. is_fragmented))
   end subroutine fill_rooms
@@ -144,19 +139,17 @@ contains
   end function is_stirred
 
   !> Add the volumes of a block to lane 1 of the nodes.
-  subroutine add_volumes(scene, nodes, body, n, nf, ps, rec, g)
+  subroutine add_volumes(scene, nodes, block, g)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
-    integer, intent(in) :: body, n, nf
-    real(rp), intent(in) :: ps(nlane, nf)
-    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nodes%patch%nn)
-    integer :: first(nlane)
-    real(rp) :: w(nlane, 18)
+    type(block_t), intent(inout) :: block
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)
 
-    call weights_of(scene, nodes, body, nf, ps, w, first)
-    rec(1:4, 1, :) = 0.0_rp
-    rec(1, 1, :) = ps(:, f_mass)*ps(:, f_jac)/scene%material(scene%body(body)%material)%rho
-    call p2g_values_block(n, w, first, rec, nodes%patch%stride, nodes%patch%nn, g)
+    call weights_of(scene, nodes, block)
+    nodes%rec(1:4, 1, :) = 0.0_rp
+    nodes%rec(1, 1, :) = block%ps(:, f_mass)*block%ps(:, f_jac) &
+                         /scene%material(scene%body(block%body)%material)%rho
+    call values_to_grid(nodes, block, g)
   end subroutine add_volumes
 
   !> Collective. From the volumes of the particles: the excess of the fill over 1, and the open
@@ -207,55 +200,53 @@ contains
   !> Set `is_fragmented` if a particle of the block is of a fragment. With `stores_voids`, store the
   !> empty part of the room around the particles, beyond what disorder explains; negative where the
   !> metal is packed.
-  subroutine find_voids(stores_voids, scene, nodes, body, n, nf, ps, rec, g, is_fragmented)
+  subroutine find_voids(stores_voids, scene, nodes, g, block, is_fragmented)
     logical, intent(in) :: stores_voids
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
-    integer, intent(in) :: body, n, nf
-    real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
     real(rp), intent(in) :: g(8, nodes%patch%nn)
+    type(block_t), intent(inout) :: block
     logical, intent(inout) :: is_fragmented
-    integer :: first(nlane)
-    real(rp) :: u(nlane, l_metal), w(nlane, 18)
+    real(rp) :: u(nlane, l_metal)
 
-    call gather_lanes(scene, nodes, body, n, nf, ps, l_excess, l_metal, g, rec, w, first, u)
-    if (.not. scene%body(body)%is_rigid()) then
-      is_fragmented = is_fragmented .or. any(u(:n, l_metal) < alone)
+    call gather_lanes(scene, nodes, l_excess, l_metal, g, block, u)
+    if (.not. scene%body(block%body)%is_rigid()) then
+      is_fragmented = is_fragmented .or. any(u(:block%n, l_metal) < alone)
     end if
     if (scene%layout%void == 0 .or. .not. stores_voids) return
-    ps(:n, scene%layout%void) = sign(min(1.0_rp, max(0.0_rp, abs(u(:n, 1)) - disorder)), -u(:n, 1))
+    associate (n => block%n)
+      block%ps(:n, scene%layout%void) = sign(min(1.0_rp, max(0.0_rp, abs(u(:n, 1)) - disorder)), &
+                                             -u(:n, 1))
+    end associate
   end subroutine find_voids
 
   !> Store the part of the room around the particles of a block that neither metal nor tools fill,
   !> away from free surfaces.
-  subroutine find_porosity(scene, nodes, body, n, nf, ps, rec, g)
+  subroutine find_porosity(scene, nodes, g, block)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
-    integer, intent(in) :: body, n, nf
-    real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
     real(rp), intent(in) :: g(8, nodes%patch%nn)
-    integer :: first(nlane)
-    real(rp) :: u(nlane, 1), w(nlane, 18)
+    type(block_t), intent(inout) :: block
+    real(rp) :: u(nlane, 1)
 
-    call gather_lanes(scene, nodes, body, n, nf, ps, l_excess, 1, g, rec, w, first, u)
-    ps(:n, scene%layout%porosity) = min(1.0_rp, max(0.0_rp, -u(:n, 1)))
+    call gather_lanes(scene, nodes, l_excess, 1, g, block, u)
+    block%ps(:block%n, scene%layout%porosity) = min(1.0_rp, max(0.0_rp, -u(:block%n, 1)))
   end subroutine find_porosity
 
   !> Mark the nodes of the particles that reach an open node.
-  subroutine mark_surface(scene, nodes, body, n, nf, ps, rec, g, mark)
+  subroutine mark_surface(scene, nodes, g, block, mark)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
-    integer, intent(in) :: body, n, nf
-    real(rp), intent(in) :: ps(nlane, nf), g(8, nodes%patch%nn)
-    real(rp), intent(inout) :: rec(8, 4, nlane), mark(8, nodes%patch%nn)
-    integer :: first(nlane)
-    real(rp) :: u(nlane, 1), w(nlane, 18)
+    real(rp), intent(in) :: g(8, nodes%patch%nn)
+    type(block_t), intent(inout) :: block
+    real(rp), intent(inout) :: mark(8, nodes%patch%nn)
+    real(rp) :: u(nlane, 1)
 
-    call gather_lanes(scene, nodes, body, n, nf, ps, l_open, 1, g, rec, w, first, u)
-    if (.not. any(u(:n, 1) > 0.0_rp)) return
-    rec(1:4, 1, :) = 0.0_rp
-    rec(1, 1, :n) = merge(1.0_rp, 0.0_rp, u(:n, 1) > 0.0_rp)
-    call p2g_values_block(n, w, first, rec, nodes%patch%stride, nodes%patch%nn, mark)
+    call gather_lanes(scene, nodes, l_open, 1, g, block, u)
+    if (.not. any(u(:block%n, 1) > 0.0_rp)) return
+    nodes%rec(1:4, 1, :) = 0.0_rp
+    nodes%rec(1, 1, :block%n) = merge(1.0_rp, 0.0_rp, u(:block%n, 1) > 0.0_rp)
+    call values_to_grid(nodes, block, mark)
   end subroutine mark_surface
 
   !> Collective. Marked nodes attract nothing, and repel only what disorder does not explain.
@@ -306,33 +297,32 @@ contains
   end function covered_part
 
   !> Move the stirred particles of a block.
-  subroutine move_block(scene, tools, nodes, body, n, nf, ps, rec, g)
+  subroutine move_block(scene, tools, nodes, g, block)
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tools(:)
     type(nodes_t), intent(in) :: nodes
-    integer, intent(in) :: body, n, nf
-    real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
     real(rp), intent(in) :: g(8, nodes%patch%nn)
-    real(rp) :: h(3), none(nlane, 0), slope(nlane, 3), spacing(3), step(3), v(nlane, 1)
-    real(rp) :: w(nlane, 18)
-    integer :: first(nlane), k, p
+    type(block_t), intent(inout) :: block
+    real(rp) :: h(3), none(nlane, 0), slope(nlane, 3), spacing(3), step(3), v(nlane, 1), x(3)
+    integer :: k, p
 
-    call weights_of(scene, nodes, body, nf, ps, w, first)
-    call gather_block(lanes_t(sloped=l_excess, n_sloped=1, plain=1, n_plain=0), n, w, first, &
-                      nodes%patch%stride, nodes%patch%nn, g, rec, v, slope, none)
-    do p = 1, n
-      if (ps(p, f_plastic) <= stirred) cycle
-      h = nodes%patch%edges_at(ps(p, f_pos:f_pos + 2))
+    call weights_of(scene, nodes, block)
+    call gather_block(lanes_t(sloped=l_excess, n_sloped=1, plain=1, n_plain=0), block%n, block%w, &
+                      block%first, nodes%patch%stride, nodes%patch%nn, g, nodes%rec, v, slope, none)
+    do p = 1, block%n
+      if (block%ps(p, f_plastic) <= stirred) cycle
+      x = block%ps(p, f_pos:f_pos + 2)
+      h = nodes%patch%edges_at(x)
       step = -h*max(-most, min(most, diffusivity*h*slope(p, :)))
-      spacing = scene%spacing_of(body, ps(p, :))
+      spacing = scene%spacing_of(block%body, block%ps(p, :))
       do k = 1, size(tools)
-        call stop_at(tools(k), ps(p, f_pos:f_pos + 2), &
-                     0.5_rp*ps(p, scene%layout%surface_offset)*maxval(spacing), step)
+        call stop_at(tools(k), x, 0.5_rp*block%ps(p, scene%layout%surface_offset)*maxval(spacing), &
+                     step)
       end do
       do k = 1, size(scene%wall)
-        call stop_at_wall(scene%wall(k), ps(p, f_pos:f_pos + 2), spacing, step)
+        call stop_at_wall(scene%wall(k), x, spacing, step)
       end do
-      ps(p, f_pos:f_pos + 2) = ps(p, f_pos:f_pos + 2) + step
+      block%ps(p, f_pos:f_pos + 2) = x + step
     end do
   end subroutine move_block
 

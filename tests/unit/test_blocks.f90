@@ -9,6 +9,7 @@ program test_blocks
                         min_half, momentum_records, stretch_domains
   use mpm_constitutive, only: crush_voids
   use mpm_prescribed, only: start_fields
+  use particles_block, only: block_t
   use particles_store, only: f_bbar, f_flow, f_jac, f_mass, f_pos, f_rate, f_tau, f_temp, f_vel, &
                              n_fields, particles_t
   use physics_field_waves, only: waves_t
@@ -211,11 +212,16 @@ contains
     real(rp), parameter :: modulus = 70.0e9_rp, dt = 1.0e-4_rp
     type(scene_t) :: scene
     type(budget_t) :: budget
-    real(rp) :: ps(nlane, n_fields + 2), c, p0(nlane), exact(nlane), half, worst(2)
+    type(block_t) :: block
+    real(rp), target :: ps(nlane, n_fields + 2)
+    real(rp) :: c, exact(nlane), half, p0(nlane), worst(2)
     integer :: i, k
 
     allocate (scene%material(1), scene%body(1))
     scene%body(1)%material = 1
+    block%body = 1
+    block%n = n
+    block%ps => ps
     call scene%material(1)%set_elastic(modulus, 1.0_rp/3.0_rp)       ! K = E
     scene%layout%void = n_fields + 1
     scene%layout%porosity = n_fields + 2
@@ -234,7 +240,7 @@ contains
     ps(1, f_rate) = 0.0_rp
     ps(2, n_fields + 2) = 0.0_rp
     do k = 1, steps
-      call crush_voids(scene, budget, dt, 1, n, n_fields + 2, ps)
+      call crush_voids(scene, budget, dt, block)
     end do
     exact = p0/ps(:, f_flow)
     do i = 1, n

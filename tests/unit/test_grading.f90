@@ -6,6 +6,7 @@ program test_grading
   use grid_geometry, only: box_t, grade, grid_t, make_grid, make_patch, nearest_node, patch_t
   use grid_grading, only: grading_t, make_grading
   use mpm_blocks, only: weights_of
+  use particles_block, only: block_t
   use particles_store, only: f_pos
   use simulation_nodes, only: nodes_t
   use simulation_scene, only: scene_t
@@ -144,12 +145,16 @@ contains
     integer, intent(out) :: first(nlane)
     type(scene_t) :: scene
     type(nodes_t) :: nodes
-    real(rp) :: ps(nlane, f_pos + 2)
+    type(block_t) :: block
+    real(rp), target :: ps(nlane, f_pos + 2)
 
     scene%grid = grid
     nodes%patch = patch
     ps(:, f_pos:) = x
-    call weights_of(scene, nodes, 1, size(ps, 2), ps, w, first)
+    block%ps => ps
+    call weights_of(scene, nodes, block)
+    w = block%w
+    first = block%first
   end subroutine weigh
 
   !> Weights and slopes of a node are the same from both sides of an edge.
