@@ -30,16 +30,17 @@ contains
     call t%key('ZA_C0', 'real', 1, 'Pa', 'required if LAW = zerilli-armstrong', '[0,inf)', &
                'sigma = C0 + (C1 + C2 sqrt(eps)) exp(-C3 T + C4 T ln(rate)) + C5 eps^N')
     call t%key('ZA_C1', 'real', 1, 'Pa', '0 if LAW = zerilli-armstrong', '[0,inf)', &
-               'body-centred metals')
+               'stress C1 of the equation of ZA_C0: for body-centred metals')
     call t%key('ZA_C2', 'real', 1, 'Pa', '0 if LAW = zerilli-armstrong', '[0,inf)', &
-               'face-centred metals')
+               'stress C2 of the equation of ZA_C0: for face-centred metals')
     call t%key('ZA_C3', 'real', 1, '1/K', 'required if LAW = zerilli-armstrong', '[0,inf)', &
-               'thermal softening')
+               'coefficient C3 of thermal softening')
     call t%key('ZA_C4', 'real', 1, '1/K', 'required if LAW = zerilli-armstrong', '[0,inf)', &
-               'sensitivity to the strain rate')
+               'coefficient C4 of the sensitivity to the strain rate')
     call t%key('ZA_C5', 'real', 1, 'Pa', '0 if LAW = zerilli-armstrong', '[0,inf)', &
-               'athermal hardening')
-    call t%key('ZA_N', 'real', 1, '', '0.5 if LAW = zerilli-armstrong', '(0,1]', 'its exponent')
+               'coefficient C5 of athermal hardening')
+    call t%key('ZA_N', 'real', 1, '', '0.5 if LAW = zerilli-armstrong', '(0,1]', &
+               'exponent N of athermal hardening')
   end subroutine add_keys
 
   subroutine read_keys(self, input, i, shear)

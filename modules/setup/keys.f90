@@ -89,7 +89,7 @@ contains
     call t%key('ORDER', 'integer', 1, '', '2 if TRANSFER = xpic or fmpm', '[1,20]', &
       'order of xpic and fmpm')
     call t%key('EVERY', 'integer', 1, 'steps', '1 if TRANSFER = xpic or fmpm', '[1,100000]', &
-      'xpic and fmpm: filter in every so many steps, FLIP in the others')
+      'with xpic and fmpm: number of steps from one filtered step to the next; FLIP between them')
     call t%key('PIC_FRACTION', 'real', 1, '', '0', '[0,1]', &
       'part of the velocity taken from the grid: 0 is FLIP, 1 is PIC')
     call t%key('FBAR', 'logical', 1, '', '', '', &
@@ -129,11 +129,11 @@ contains
 
     call t%group('OUTPUT', 'once', 'What is written, and how often.')
     call t%key('FRAME_INTERVAL', 'real', 1, 's', '0', '[0,inf)', &
-      'between two frames of all particles; 0: first and last only')
+      'time between two frames of all particles; 0: first and last only')
     call t%key('HISTORY_INTERVAL', 'real', 1, 's', '0', '[0,inf)', &
-      'between two rows of the histories; 0: 500 rows in the run')
+      'time between two rows of the histories; 0: 500 rows in the run')
     call t%key('CHECKPOINT_INTERVAL', 'real', 1, 's', '0', '[0,inf)', &
-      'between two checkpoints; 0: none but at the end or a stop')
+      'time between two checkpoints; 0: none but at the end or a stop')
     call t%key('PROGRESS_INTERVAL', 'real', 1, 's', '10', '[0,inf)', &
       'wall-clock time between two lines of progress in a file; not given: from 10 s on ever '// &
       'longer, a twentieth of the time so far; a terminal has one line, drawn every second')
@@ -151,19 +151,20 @@ contains
     call t%key('NAME', 'text', 1, '', 'required', 'name', 'name of the group of tracers')
     call t%key('KIND', 'choice', 1, '', 'point', 'point line box', &
       'one place, a row of places or a lattice of them; of line and box those in metal count')
-    call t%key('POSITION', 'real', 3, 'm', 'required if KIND = point', '', 'place at t = 0')
+    call t%key('POSITION', 'real', 3, 'm', 'required if KIND = point', '', &
+      'position at t = 0')
     call t%key('FROM', 'real', 3, 'm', 'required if KIND = line', '', 'one end of the line')
-    call t%key('TO', 'real', 3, 'm', 'required if KIND = line', '', 'its other end')
+    call t%key('TO', 'real', 3, 'm', 'required if KIND = line', '', 'other end of the line')
     call t%key('LOWER', 'real', 3, 'm', 'required if KIND = box', '', 'lower corner')
     call t%key('UPPER', 'real', 3, 'm', 'required if KIND = box', '', &
       'upper corner; a layer is a flat box')
     call t%key('NUMBER', 'integer', -3, '', ' if KIND = line or box', '[1,100000]', &
-      'of places on the line, its ends among them, or along each axis of the box: one number, '// &
-      'or three')
+      'number of tracers on the line, with those at its ends, or along each axis of the box: '// &
+      'one number, or three')
     call t%key('SPACING', 'real', 1, 'm', ' if KIND = line or box', '(0,inf)', &
-      'between places, instead of NUMBER; centred on the line or in the box')
+      'distance between tracers, instead of NUMBER; they are centred on the line or in the box')
     call t%key('INTERVAL', 'real', 1, 's', '0', '[0,inf)', &
-      'between two rows of a tracer; 0: &OUTPUT HISTORY_INTERVAL')
+      'time between two rows of a tracer; 0: &OUTPUT HISTORY_INTERVAL')
 
     call t%may_change('OUTPUT', 'FRAME_INTERVAL HISTORY_INTERVAL CHECKPOINT_INTERVAL '// &
                       'PROGRESS_INTERVAL SAFETY_INTERVAL')
@@ -185,7 +186,8 @@ contains
       'plastic strain rate; shear: von Mises rate, the shear rate is sqrt(3) of it')
     call t%key('STRAIN', 'real', 1, '', '1 if KIND = strain or shear', '(0,inf)', &
       'strain at the end')
-    call t%key('TEMPERATURE', 'real', 1, 'K', '298', '(0,inf)', 'at the start')
+    call t%key('TEMPERATURE', 'real', 1, 'K', '298', '(0,inf)', &
+      'initial temperature')
     call t%key('ADIABATIC', 'logical', 1, '', '.false.', '', &
       'PLASTIC_HEAT of the plastic work heats the point')
     call t%key('STEP', 'real', 1, '', '1e-3', '(0,0.1]', 'longest increment of strain')

@@ -110,7 +110,7 @@ contains
     call t%key('FILE', 'text', 1, '', 'required if KIND = stl', '', &
       'STL file of a closed surface, text or binary, beside the input')
     call t%key('UNIT', 'choice', 1, '', 'required if KIND = stl', 'm cm mm um in', &
-      'length of 1 in the file')
+      'length for which the number 1 in the file stands')
     call t%key('POSITION', 'real', 3, 'm', '0 0 0 if KIND = stl', '', &
       'where the origin of the file lies')
   end subroutine add_body
@@ -148,7 +148,8 @@ contains
       'a point of the axis of vortex and ring')
     call t%key('RADII', 'real', 2, 'm', '1 2 if KIND = vortex or ring', '(0,inf)', &
       'inner and outer radius of vortex and ring')
-    call t%key('SEED', 'integer', 1, '', '1 if KIND = noise', '', 'of the noise')
+    call t%key('SEED', 'integer', 1, '', '1 if KIND = noise', '', &
+      'seed of the random numbers of the noise')
   end subroutine add_fields
 
 end module setup_keys_body

@@ -18,7 +18,7 @@ contains
 
     call t%group('WALL', 'repeat', 'A flat rigid wall.')
     call t%key('SIDE', 'choice', 1, '', 'required', 'xmin xmax ymin ymax zmin zmax', &
-      'side of the grid on which it stands')
+      'side of the grid at which the wall stands')
     call add_pair_keys(t)
     call t%key('KIND', 'choice', 1, '', 'sliding', 'fixed sliding', &
       'fixed: no velocity at the wall; sliding: no velocity normal to it')
@@ -56,7 +56,7 @@ contains
     call t%key('BODY', 'text', 1, '', 'required', '&BODY', 'NAME of one &BODY')
     call t%key('OTHER', 'text', 1, '', 'required', '&BODY', 'NAME of the other &BODY')
     call t%key('LAW', 'choice', 1, '', 'coulomb', 'coulomb stick frictionless', &
-      'what happens along the surface')
+      'law of the tangential force in the contact')
     call t%key('FRICTION', 'real', 1, '', '0.2 if LAW = coulomb', '[0,inf)', &
       'Coulomb coefficient of friction')
     call t%key('NORMAL', 'choice', 1, '', 'regression', 'gradient regression', &
@@ -100,8 +100,9 @@ contains
       'order 2; auto: rkl2 for heat alone; beside mechanics explicit or backward-euler, auto: '// &
       'explicit')
     call t%key('SOLVER', 'choice', 1, '', 'auto', 'auto cg fftw petsc', &
-      'of implicit steps; auto: fftw for heat alone in a box of constant properties, and where '// &
-      'there are more than 50000 cells of one material, else cg; beside mechanics cg or petsc')
+      'linear solver of implicit steps; auto: fftw for heat alone in a box of constant '// &
+      'properties, and where there are more than 50000 cells of one material, else cg; beside '// &
+      'mechanics cg or petsc')
     call t%key('TOLERANCE', 'real', 1, 'K', '2', '[1e-6,1e4]', &
       'largest estimate of the error of a time step, of heat alone or implicit, in any cell or '// &
       'node (at the rim of a moving source some hundred times that of the temperatures); '// &
@@ -128,15 +129,15 @@ contains
       'what a pressure p of the body on the face adds to COEFFICIENT: '// &
       'PRESSURE_FACTOR (p/1 MPa)^PRESSURE_EXPONENT')
     call t%key('PRESSURE_EXPONENT', 'real', 1, '', '0.95 if TABLE_OF = none', '(0,2]', &
-      'of the pressure; 0.95: plastic contact of rough surfaces')
+      'exponent of the pressure; 0.95: plastic contact of rough surfaces')
     call t%key('TABLE_OF', 'choice', 1, '', 'none', 'none pressure', &
-      'what the coefficient depends on instead: pressure of the body on the face')
+      'quantity on which the coefficient depends, by a table: pressure of the body on the face')
     call t%key('TABLE_AT', 'real', -64, 'Pa', 'if TABLE_OF = pressure', '[0,inf)', &
       'rising pressures')
     call t%key('TABLE_COEFFICIENT', 'real', -64, 'W/(m2 K)', 'if TABLE_OF = pressure', '[0,inf)', &
       'coefficients there; linear between, constant outside')
     call t%key('EMISSIVITY', 'real', 1, '', '0', '[0,1]', &
-      'of the face, which radiates as well: EMISSIVITY sigma (T^4 - AMBIENT^4)')
+      'emissivity of the face, which radiates as well: EMISSIVITY sigma (T^4 - AMBIENT^4)')
     call t%key('AMBIENT', 'real', 1, 'K', '', '(0,inf)', &
       'temperature on the other side; not given: that of &HEAT')
   end subroutine add_surface
@@ -156,11 +157,11 @@ contains
     call t%key('BACKING_SPECIFIC_HEAT', 'real', 1, 'J/(kg K)', 'required if BACKING = plate', &
       '[1,1e6]', 'specific heat of the plate')
     call t%key('BACKING_THICKNESS', 'real', 1, 'm', '0 if BACKING = plate', '[0,inf)', &
-      'of the plate; 0: without end')
+      'thickness of the plate; 0: infinite')
     call t%key('BACKING_CAPACITY', 'real', 1, 'J/K', 'required if BACKING = lumped', '(0,inf)', &
-      'of the body of one temperature')
+      'heat capacity of the body of one temperature')
     call t%key('BACKING_TEMPERATURE', 'real', 1, 'K', 'if BACKING = plate or lumped or body', &
-      '(0,inf)', 'of what is behind the film at t = 0; not given: AMBIENT, with body '// &
+      '(0,inf)', 'temperature of the backing at t = 0; not given: AMBIENT, with body '// &
       'that of the body')
     call t%key('BACKING_COOLING', 'real', 1, 'W/(m2 K)', '0 if BACKING = plate or lumped', &
       '[0,inf)', 'film to AMBIENT at the far side of the plate, or of the body of one '// &

@@ -34,8 +34,8 @@ contains
     call t%key('STICK_FRACTION', 'real', 1, '', '0 if FRICTION_LAW = schmidt-hattel', '[0,1]', &
       'part of the face that sticks')
     call t%key('FRICTION_TABLE_OF', 'choice', 1, '', 'none', 'none temperature pressure slip', &
-      'what the coefficient of the law depends on instead: temperature of the body, pressure '// &
-      'in it on the surface, speed of sliding')
+      'quantity on which the coefficient of the law depends, by a table: temperature of the '// &
+      'body, its pressure on the surface, speed of sliding')
     call t%key('FRICTION_AT', 'real', -64, '', &
       'if FRICTION_TABLE_OF = temperature or pressure or slip', '[0,inf)', &
       'rising temperatures [K], pressures [Pa] or speeds [m/s]')
@@ -59,17 +59,19 @@ contains
       'stiffness of the machine between its slide and the tool, along the axis of the tool; '// &
       '&MOTION moves the slide; 0: rigid')
     call t%key('MASS', 'real', 1, 'kg', '', '(0,inf)', &
-      'what moves with the tool along its axis, if it has a STIFFNESS or a FORCE; scaled by '// &
-      'MASS_SCALING; not given: that of metal under it, RADIUS^3 pi^2/4')
+      'mass that moves with the tool along its axis, if it has a STIFFNESS or a FORCE; scaled '// &
+      'by MASS_SCALING; not given: that of metal under it, RADIUS^3 pi^2/4')
     call t%key('DAMPING', 'real', 1, 'N s/m', '', '[0,inf)', &
-      'of its motion along the axis, if it has a STIFFNESS or a FORCE; scaled by the root of '// &
-      'MASS_SCALING; not given: critical, for the metal under its RADIUS and the machine')
+      'damping of the motion of the tool along its axis, if it has a STIFFNESS or a FORCE; '// &
+      'scaled by the root of MASS_SCALING; not given: critical, for the metal under its RADIUS '// &
+      'and the machine')
     call t%key('MAX_FORCE', 'real', 1, 'N', '', '(0,inf)', &
-      'force along the axis, either way, at which the machine stops; means of late count')
+      'force along the axis, in either direction, at which the machine stops; recent means count')
     call t%key('MAX_TORQUE', 'real', 1, 'N m', '', '(0,inf)', &
-      'torque, either way, at which the machine stops')
+      'torque, in either direction, at which the machine stops')
     call t%key('AT_LIMIT', 'choice', 1, '', 'end', 'end stop-feed stop', &
-      'at MAX_FORCE and MAX_TORQUE: the run ends; the tool turns on where it is; it stands still')
+      'what happens at MAX_FORCE and MAX_TORQUE: the run ends; the tool rotates at its place; '// &
+      'it stands still')
   end subroutine add_machine
 
   !> Rows of &TOOL: partition of the friction heat, and heat sink of the tool.
@@ -80,27 +82,30 @@ contains
       'part of the frictional heat that enters the body; not given: e/(e + e_tool) with e = '// &
       'sqrt(CONDUCTIVITY DENSITY SPECIFIC_HEAT), 1 without a material of the tool')
     call t%key('CONDUCTIVITY', 'real', 1, 'W/(m K)', '', '(0,1e6]', &
-      'of the tool, for the share of the heat and for HEATS')
-    call t%key('DENSITY', 'real', 1, 'kg/m3', '', '(0,inf)', 'of the tool, likewise')
-    call t%key('SPECIFIC_HEAT', 'real', 1, 'J/(kg K)', '', '[1,1e6]', 'of the tool, likewise')
+      'thermal conductivity of the tool, for its share of the heat and for HEATS')
+    call t%key('DENSITY', 'real', 1, 'kg/m3', '', '(0,inf)', &
+      'density of the tool, for its share of the heat and for HEATS')
+    call t%key('SPECIFIC_HEAT', 'real', 1, 'J/(kg K)', '', '[1,1e6]', &
+      'specific heat of the tool, for its share of the heat and for HEATS')
     call t%key('HEATS', 'choice', 1, '', 'no', 'no rod lumped', &
       'whether the tool takes heat from the metal under its face and gets hot: a rod behind '// &
       'the face, or a body of one temperature')
     call t%key('TEMPERATURE', 'real', 1, 'K', '298 if HEATS = rod or lumped', '(0,inf)', &
-      'of the tool at t = 0')
+      'temperature of the tool at t = 0')
     call t%key('CONTACT_CONDUCTANCE', 'real', 1, 'W/(m2 K)', 'if HEATS = rod or lumped', &
-      '(0,inf)', 'of the gap between face and metal; not given: perfect contact')
+      '(0,inf)', 'conductance between the face and the metal; not given: perfect '// &
+      'contact')
     call t%key('HEAT_LENGTH', 'real', 1, 'm', '0 if HEATS = rod', '[0,inf)', &
-      'of the rod; 0: without end')
+      'length of the rod; 0: infinite')
     call t%key('HEAT_AREA', 'real', 1, 'm2', 'if HEATS = rod', '(0,inf)', &
       'cross-section of the rod; not given: pi RADIUS^2, halved by a &WALL through the axis')
     call t%key('HEAT_CAPACITY', 'real', 1, 'J/K', 'required if HEATS = lumped', '(0,inf)', &
-      'of the tool')
+      'heat capacity of the tool')
     call t%key('COOLING', 'real', 1, 'W/K', '0 if HEATS = rod or lumped', '[0,inf)', &
       'heat that the far end of the rod, or the lumped tool, loses for each kelvin above '// &
       'COOLING_TEMPERATURE')
     call t%key('COOLING_TEMPERATURE', 'real', 1, 'K', '298 if HEATS = rod or lumped', '(0,inf)', &
-      'of what cools the tool')
+      'temperature of what cools the tool')
   end subroutine add_tool_heat
 
   !> Rows of &MOTION.

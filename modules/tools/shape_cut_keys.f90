@@ -34,10 +34,11 @@ contains
     call t%key('THREAD_STARTS', 'integer', 1, '', '1 if KIND = shoulder', '[1,12]', &
                'grooves of the thread side by side')
     call t%key('THREAD_HAND', 'choice', 1, '', 'left if KIND = shoulder', 'left right', &
-               'of the thread: turning clockwise seen from above (SPIN_RPM above 0), left '// &
+               'hand of the thread: turning clockwise seen from above (SPIN_RPM above 0), left '// &
                'carries metal down to the tip, right up')
     call t%key('THREAD_PROFILE', 'choice', 1, '', 'square if KIND = shoulder', profile_names, &
-               'of its grooves: half a pitch wide and as deep all over; triangles; a cosine')
+               'section of the grooves of the thread: rectangles half a pitch wide; '// &
+               'triangles; a cosine')
     call t%key('FLATS', 'integer', 1, '', '0 if KIND = shoulder', '[0,36]', &
                'flats on the pin, the first ahead (+x) at t = 0')
     call t%key('FLAT_DEPTH', 'real', 1, 'm', '0 if KIND = shoulder', '[0,inf)', &
@@ -51,7 +52,7 @@ contains
     call t%key('SCROLL_SENSE', 'choice', 1, '', 'inward if KIND = shoulder', 'inward outward', &
                'where the scroll carries metal when the tool turns clockwise seen from above')
     call t%key('SCROLL_PROFILE', 'choice', 1, '', 'square if KIND = shoulder', profile_names, &
-               'of its grooves, as THREAD_PROFILE')
+               'section of the grooves of the scroll, as THREAD_PROFILE')
   end subroutine add_cut_keys
 
   !> True if the `i`-th &TOOL, a shoulder, has cuts, or has keys of details without the cut.

@@ -29,7 +29,7 @@ contains
     call t%key('FILE', 'text', 1, '', 'required if KIND = stl', '', &
                'STL file of a closed surface, text or binary, beside the input')
     call t%key('UNIT', 'choice', 1, '', 'required if KIND = stl', 'm cm mm um in', &
-               'length of 1 in the file')
+               'length for which the number 1 in the file stands')
     call t%key('ORIGIN', 'real', 3, 'm', '0 0 0 if KIND = stl', '', &
                'place of the model that comes to POSITION, where its axis of rotation is')
     call t%key('AXIS', 'real', 3, '', '0 0 1 if KIND = stl', '', &

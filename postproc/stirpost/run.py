@@ -133,7 +133,7 @@ class Run:
         return metal(self, frame, list(fields)).to_pyvista()
 
     def flow(self, time: float | None = None) -> Flow:
-        """What the pass did to the metal until the first frame at or after a time [s], or the last one."""
+        """Measures of the flow of the metal until the first frame at or after a time [s], or the last one."""
         from .analysis.flow import Flow
 
         frame = self.at(time)
@@ -154,7 +154,7 @@ class Run:
         return measures(self)
 
     def checks(self) -> list[Check]:
-        """Whether the figures may be trusted, condition by condition, as the report has it."""
+        """Conditions under which the results can be trusted, and whether each is met, as in the report."""
         from .analysis.alarms import checks
 
         return checks(self)

@@ -35,9 +35,9 @@ def test_share_of_copper_and_steel():
 FILM = ["--density", "8960", "--specific-heat", "386", "--volume", "4.671e-5", "--area", "0.004"]
 
 
-def test_free_end_that_cannot_be_had_leaves_the_others(tmp_path, capsys):
-    """A straight line has no end: the exponential with a free one says so, the other two stay; so does one thermocouple
-    that fails beside one that does not."""
+def test_undetermined_final_temperature_leaves_the_other_fits(tmp_path, capsys):
+    """A straight line has no final temperature: the exponential with a free one reports an error, the two other fits remain;
+    likewise if one of two thermocouples fails."""
     time = np.arange(65.0, 100.0, 1.0)
     straight, bent = 700.0 - 2.0 * (time - 65.0), 298.0 + 400.0 * np.exp(-0.02 * (time - 65.0))
     for names, curves, last in (("T1[K]", [straight], "T1 no fit  the record does not determine it"),

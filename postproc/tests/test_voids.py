@@ -30,7 +30,7 @@ def disordered(kind, random):
 
 
 def weld(tmp_path, hole, kind="lattice", seed=1, spin=1.0, along=0, sink=0.0):
-    """A run whose tool went from x = 10 to 50 mm (or backwards) and whose metal lacks what is in the hole."""
+    """A run whose tool went from x = 10 to 50 mm (or backwards) and whose particles leave the hole empty."""
     random = np.random.default_rng(seed)
     directory = tmp_path / f"w{seed}.out"
     directory.mkdir()

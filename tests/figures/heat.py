@@ -82,7 +82,7 @@ def of_crossing(runs):
 
 
 def crossed():
-    """The same of all that is kept, Euler steps over implicit ones, and where methods cross [mm]."""
+    """The columns of all kept results, the ratio of Euler to implicit steps, and where methods cross [mm]."""
     runs = json.loads(crossing.KEPT.read_text(encoding="utf-8"))["runs"]
     values = of_crossing(runs)
     for cell in ("1", "0.5", "0.25"):
@@ -103,7 +103,7 @@ def crossed_again():
 # --- runs of their own ----------------------------------------------------------------------------
 
 def record():
-    """The plain plate as it is: work, when the peaks come, mean cooling rate [1/s] after 65 s."""
+    """The plain plate without changes: work, times of the peaks, mean cooling rate [1/s] after 65 s."""
     with solved("copper_plain", {}) as results:
         probes, summary = results.probes(), results.summary()
     time = probes["time[s]"]

@@ -81,7 +81,7 @@ def test_restart_is_bitwise(whole, run, tmp_path):
 
 
 def test_ranks(whole):
-    """The same on one rank and two, to rounding."""
+    """Results on one rank and on two are the same to rounding."""
     one, two = whole(1).history(), whole(2).history()
     for name in COLUMNS:
         assert one[name] == pytest.approx(two[name], rel=1e-5, abs=1e-5 * np.abs(one[name]).max())

@@ -133,7 +133,7 @@ def test_drive_of_a_tool_without_radius(run, tmp_path):
 
 
 def test_ranks(run, tmp_path):
-    """The same on one rank and two, to rounding."""
+    """Results on one rank and on two are the same to rounding."""
     force = []
     for ranks in (1, 2):
         (tmp_path / str(ranks)).mkdir()

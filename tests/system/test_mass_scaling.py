@@ -151,7 +151,7 @@ def test_range_from_a_restart(run, tmp_path, before, after):
 
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_ranks_and_restart(run, tmp_path, ranks):
-    """The same on one and two ranks to 1e-9 of the largest value, and bit for bit if stopped and continued."""
+    """Results on one and two ranks are the same to 1e-9 of the largest value, and bit for bit if stopped and continued."""
     sets = {**ADAPTS, "TIME.END": "0.08", "OUTPUT.CHECKPOINT_INTERVAL": "0.08"}
     alone = run("stir", "--quiet", sets=sets, directory=place(tmp_path, "alone")).results("stir").checkpoint()
     results = run("stir", "--quiet", sets=sets, directory=place(tmp_path, "whole"), ranks=ranks).results("stir")

@@ -65,7 +65,7 @@ def test_restart_is_bitwise(run, tmp_path, ranks, cuts):
 
 
 def test_ranks(run, tmp_path):
-    """The same on one rank and two, to rounding."""
+    """Results on one rank and on two are the same to rounding."""
     found = []
     for ranks in (1, 2):
         (tmp_path / str(ranks)).mkdir()

@@ -50,7 +50,7 @@ ERRORS = {
     "ball outside": ("&SURFACE", "&SOURCE KIND = 'ball', POWER = 10, RADIUS = 1e-3, POSITION = 0, 0, 0 /\n&SURFACE", r"&SOURCE .*never touches"),
 }
 
-# The same, which runs with a warning.
+# Inputs that run with a warning, as above.
 WARNINGS = {
     "bodies apart": ("&BODY NAME = 'lid', MATERIAL = 'copper', TEMPERATURE = 400 /\n&SHAPE BODY = 'lid', LOWER = 2e-3, 2e-3, 5e-3",
                      "&BODY NAME = 'lid', MATERIAL = 'copper', TEMPERATURE = 400 /\n&SHAPE BODY = 'lid', LOWER = 2e-3, 2e-3, 6e-3",
@@ -64,7 +64,7 @@ WARNINGS = {
     "source too late": ("&SURFACE", "&SOURCE POWER = 1, RADIUS = 1e-3, POSITION = 4e-3, 4e-3, 7e-3, BEGIN = 1 /\n&SURFACE", r"&SOURCE BEGIN = 1: .*no heat"),
 }
 
-# Nothing wrong with these.
+# Inputs without errors or warnings.
 SOUND = {
     "as it is": ("", ""),
     "film of one face after all": (SURFACE, f"{SURFACE.replace('xmin', 'all')}\n{SURFACE}"),

@@ -222,7 +222,7 @@ def prandtl(shear):
 
 
 def circular_punch(shear, rough=False):
-    """The same under a circular punch, for Mises with k = sigma/sqrt(3): 5.224 k smooth (+- 0.2 %), 5.53 k rough
+    """Mean pressure under a circular punch, for Mises with k = sigma/sqrt(3): 5.224 k smooth (+- 0.2 %), 5.53 k rough
     (+- 0.4 %), computed by limit_punch.py, 3.016 and 3.19 sigma. Tresca with k = sigma/2: 5.69 k and 6.05 k (Shield 1955;
     Eason, Shield 1960), 2.845 sigma: Mises is 6 % above it. (Its yield surface lies outside that of Tresca with the same
     sigma and inside that with the same k, so that 4.93 k and 5.69 k bound it.)"""
@@ -285,7 +285,7 @@ def tube_displacement(r, pressure, inner, outer, young, poisson):
 
 
 def tube_stress(r, pressure, inner, outer):
-    """Radial and hoop stress [Pa] of the same."""
+    """Radial and hoop stress [Pa] of the same tube."""
     front = pressure * inner**2 / (outer**2 - inner**2)
     return front * (1.0 - outer**2 / r**2), front * (1.0 + outer**2 / r**2)
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""What a run shows: figures, without pictures."""
+"""Measures of a run, without pictures."""

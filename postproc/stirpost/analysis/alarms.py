@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Whether the figures of a run may be trusted."""
+"""Conditions under which the results of a run can be trusted."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What cooling records and properties say of the inputs of the thermal model (thesis chapters 4, 6)."""
+"""Inputs of the thermal model from cooling records and properties (thesis chapters 4, 6)."""
 
 from __future__ import annotations
 

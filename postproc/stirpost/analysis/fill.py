@@ -148,7 +148,7 @@ class Missing:
         return core, part
 
     def around(self, core: np.ndarray) -> np.ndarray:
-        """What is within a particle of the centres: the cubes that bound a hole."""
+        """Cubes within the size of a particle of the centres, which bound a hole."""
         from scipy.ndimage import distance_transform_edt
 
         return distance_transform_edt(~core) <= STEPS if core.any() else core

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the tool did to the metal: flash, groove, cavity, stir zone, layers, voids."""
+"""Flow of the metal by the tool: flash, groove, cavity, stir zone, layers, voids."""
 
 from __future__ import annotations
 

@@ -150,7 +150,7 @@ Process = tuple[list[str], list[tuple[str, list[str], str]]]
 
 
 def process_table(run: Run) -> Process | None:
-    """What was asked of the process, of the tool with the most work: headings, and rows of a quantity, its values in
+    """Prescribed process parameters of the tool with the most work: headings, and rows of a quantity, its values in
     each phase and over all, and what to be wary of. None without a tool whose place is known."""
     tool = main_tool(run.history)
     phases = tool.phases() if tool is not None else []
@@ -224,7 +224,7 @@ def measures(run: Run) -> dict[str, float]:
 
 
 def weld(run: Run) -> str:
-    """What was welded, with which tool and how, as far as the run tells."""
+    """Workpiece, tool and process, as far as the run gives them."""
     tool, scene = main_tool(run.history), run.scene
     rigid = {t.name for t in tools_of(run.history)}
     bodies = [n.strip() for n in run.frames[0].body_names if n.strip() not in rigid] if run.frames else []

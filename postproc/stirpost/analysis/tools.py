@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a history says of each tool: where it is, and in which phase of the pass."""
+"""Position and phase of the pass of each tool, from the history."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class Tool:
         return touched
 
     def phases(self) -> list[Phase]:
-        """What it does, row by row put together: approach, plunge, dwell, travel, lift, rest, away. None without a
+        """Phases of the tool, consecutive rows put together: approach, plunge, dwell, travel, lift, rest, away. None without a
         pose, or if it moves to and fro."""
         if not self.has_pose or len(self.history) < 2:
             return []

@@ -138,7 +138,7 @@ class Voids:
 
     @property
     def smallest(self) -> dict[str, float]:
-        """What particles and cells resolve: sections of a tunnel (a cylinder; a disc a cell wide) [m2], a pore [m3], the width of a seam
+        """Smallest voids that particles and cells resolve: sections of a tunnel (a cylinder; a disc a cell wide) [m2], a pore [m3], the width of a seam
         through the track [m]."""
         tunnel, pore, seam = self.missing.smallest
         cell = self.flow.run.cell

@@ -22,7 +22,7 @@ APART = 0.2  # of the ranges: searches from nearer starts are one
 
 @dataclass
 class Outcome:
-    """What a run with keys at some values scaled to their ranges (0 to 1) differs from the measurements by."""
+    """Differences of a run from the measurements, for values of the keys scaled to their ranges (0 to 1)."""
 
     scaled: np.ndarray
     residuals: list[np.ndarray] | None  # of each curve and target, in its unit; None: the run broke down

@@ -35,7 +35,7 @@ ROWS = 400  # of a model curve, between which it is linear
 
 
 class Failure(ValueError):
-    """What a person can put right."""
+    """An error that the user can correct."""
 
 
 def main(arguments=None) -> int:

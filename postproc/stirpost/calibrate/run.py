@@ -141,7 +141,7 @@ def pairs(texts: list[str], option: str) -> dict[str, str]:
 
 
 def report(fit: Fitting) -> dict:
-    """What calibration.json has."""
+    """Content of calibration.json."""
     keys = {key.name: {"value": key.value(place), "standard_error": key.error(place, error) if np.isfinite(error) and not fit.spent else None,
                        "at_a_bound": not loose, "low": key.low, "high": key.high, "search": key.scale}
             for key, place, error, loose in zip(fit.keys, fit.best.scaled, fit.errors(), fit.free.tolist())}

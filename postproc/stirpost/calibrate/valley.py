@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What measurements do not determine: runs along the direction in which a calibration changes the misfit least."""
+"""Parameters that measurements do not determine: runs along the direction in which a calibration changes the misfit least."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class Valley:
                 "to": {key.name: key.value(place) for key, place in zip(keys, high)}, "determined": self.determined}
 
     def lines(self) -> list[str]:
-        """The same in words."""
+        """The valley in words."""
         (low, one), (high, other) = self.end(0), self.end(1)
         moved = [k for k, part in enumerate(self.direction) if abs(part) > 0.05]
         keys = self.fit.keys

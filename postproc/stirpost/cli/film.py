@@ -58,7 +58,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 class Film:
-    """What stays the same from picture to picture: the way of the tool, the eye, the colours."""
+    """Settings common to all pictures: path of the tool, viewpoint, colours."""
 
     def __init__(self, run: Run, options: argparse.Namespace):
         from ..analysis import surface
@@ -108,7 +108,7 @@ class Film:
         return look.shown(name, frame.need(name).astype(float))
 
     def parts(self, frame: Frame):
-        """What is to be seen of a frame: the metal before the cut, the tool, the face of the cut."""
+        """Visible parts of a frame: the metal before the cut, the tool, the face of the cut."""
         from scipy.spatial import cKDTree
 
         points, values = self.turned(frame.points()), self.values(frame)

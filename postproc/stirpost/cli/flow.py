@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a pass did to the metal: flash on both sides, groove, where its volume went, cavity, stir zone, layers.
+"""Flow of the metal in a pass: flash on both sides, groove, where its volume went, cavity, stir zone, layers.
 
 usage: stirpost flow RUN_DIRECTORY [--time T] [--section X ...] [--strain 1] [--isotherm K ...] [--json] [-o DIR]
 
@@ -123,7 +123,7 @@ def tables(result: dict) -> list[tuple[str, list[str], list[list[str]]]]:
 
 
 def lines(result: dict) -> list[str]:
-    """The same as text."""
+    """The measures as text."""
     found = [f"t = {result['time[s]']:g} s, {result['particles']} particles, {result['lost']} lost"]
     found += [f"{name}: {value}" for name, value in rows(result)]
     for title, headings, body in tables(result):

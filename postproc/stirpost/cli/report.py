@@ -100,7 +100,7 @@ def colours_of(name: str):
 
 
 def flow_of(run: Run) -> Flow | None:
-    """What the tool did to the metal; None without a tool that travels, or without frames to compare."""
+    """Measures of the flow of the metal; None without a tool that travels, or without frames to compare."""
     if len(run.frames) < 2 or "id" not in run.frames[-1].fields:
         return None
     found = run.flow()

@@ -129,7 +129,7 @@ def number(value: str):
 
 
 def recipe(path: Path, chosen: dict[str, str]) -> str:
-    """What a run was made from: the input and its values."""
+    """Input and values of a run."""
     return "".join(f"{key}={value}\n" for key, value in chosen.items()) + text_of(path)
 
 

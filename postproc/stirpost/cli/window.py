@@ -148,7 +148,7 @@ class Plan:
         return cls(phases, float(end))
 
     def keys(self, rpm: float, speed: float, force: float | None = None) -> dict[str, str]:
-        """What --set has to change for a setting."""
+        """Values of --set for a point of the window."""
         found, end = {}, self.end
         for phase in self.phases:
             if phase.spin:

@@ -163,7 +163,7 @@ def list_frames(directory: Path, name: str, faults: list[str]) -> list[Frame]:
 
 
 def read_summary(path: Path, faults: list[str]) -> dict | None:
-    """What a run says of itself when it ends; None without that."""
+    """Summary that a run writes at its end; None without one."""
     if not path.exists():
         return None
     try:

@@ -21,7 +21,7 @@ FILES = ("file", "library")  # keys that name a file beside the input
 
 @dataclass
 class Answer:
-    """What `stirpoint --check` says of a scene: lines on what is wrong and on what to be wary of, and the lines of its
+    """Output of `stirpoint --check` for a scene: errors, warnings, and the lines of its
     report by their names ("time step", "memory")."""
 
     errors: list[str]
@@ -159,7 +159,7 @@ def is_metal(solids: list[Solid], x: np.ndarray) -> np.ndarray:
 
 @dataclass
 class Cavity:
-    """What is cut out of a body."""
+    """Region that is cut out of a body."""
 
     solids: list[Solid]
     low: np.ndarray
@@ -180,7 +180,7 @@ class Cavity:
 
 
 def cavity_of(scene: Scene, bodies: list[str]) -> Cavity | None:
-    """What is cut out of the bodies; None if nothing is, or if a surface from a file is among them."""
+    """Regions that are cut out of the bodies; None without any, or if a surface from a file is among them."""
     if any(str(shape.get("kind", "box")).lower() == "stl" for shape in scene.groups("shape")):
         return None
     solids = [solid for body in bodies for solid in scene.solids(body)]

@@ -56,7 +56,7 @@ class Canvas:
         self.paint(self.cover(points, corners, cull), colours)
 
     def paint(self, covered: tuple[np.ndarray, ...], colours: np.ndarray) -> None:
-        """What `cover` has found, with colours at the corners of its triangles (m, 3, 3)."""
+        """Triangles found by `cover`, with colours at the corners of its triangles (m, 3, 3)."""
         sample, weights, triangle = covered
         self.colour[sample] = np.clip(sum(weights[:, k, None] * colours[triangle, k] for k in range(3)), 0, 255)
 

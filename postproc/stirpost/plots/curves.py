@@ -20,7 +20,7 @@ MANY_ROWS = 400
 
 
 def thermocouples(probes: Table, measured: Record | None = None) -> Figure | None:
-    """One curve a probe, labelled with where the probe sat at first, and dots of a record of the same names."""
+    """One curve for each probe, labelled with its initial position, and dots of a record of the same names."""
     columns = probes.with_unit("K")
     if not columns:
         return None
@@ -38,7 +38,7 @@ def thermocouples(probes: Table, measured: Record | None = None) -> Figure | Non
 
 
 def differences(probes: Table, measured: Record) -> list[tuple[str, str]]:
-    """What each thermocouple differs by from the record: mean, root mean square and peaks."""
+    """Differences of each thermocouple from the record: mean, root mean square and peaks."""
     rows = []
     for column in probes.with_unit("K"):
         if column.name not in measured.names:

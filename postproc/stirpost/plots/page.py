@@ -22,7 +22,7 @@ class Picture:
 
 @dataclass
 class Page:
-    """What stands on the page, from the top."""
+    """Content of the page, from the top."""
 
     title: str
     origin: str

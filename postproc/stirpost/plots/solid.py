@@ -33,7 +33,7 @@ def library() -> str:
 
 
 def pack(run: Run, frames: list[Frame], fields: list[Field]) -> str:
-    """What the viewer draws, as JSON."""
+    """Surfaces that the viewer draws, as JSON."""
     names = [name for name, _, _, _ in fields]
     meshes = coarse_surfaces(run, frames, names)
     tools = [run.tool_mesh(frame) for frame in frames]

@@ -72,7 +72,7 @@ def image(eye: Eye, box: np.ndarray, fine: float, metal: Mesh, colours: np.ndarr
 
 
 def seen_box(eye: Eye, *meshes: Mesh | None) -> np.ndarray:
-    """What holds all points as the eye sees them (2, 2) [m]."""
+    """Bounding box of all points in the plane of the picture (2, 2) [m]."""
     seen = np.vstack([eye.sees(mesh.points) for mesh in meshes if mesh is not None and len(mesh.points)])
     return np.array([seen.min(axis=0), seen.max(axis=0)])
 
@@ -131,13 +131,13 @@ def from_above(mesh: Mesh, name: str, norm: Normalize, colours: Colormap, low, h
 
 @lru_cache(maxsize=4)
 def seen_from_above(mesh: Mesh, box: tuple[float, ...], width: int) -> tuple[Canvas, tuple[np.ndarray, ...], np.ndarray]:
-    """What is the same for all fields: the canvas, what it shows, normals."""
+    """Parts common to all fields: canvas, triangles, normals."""
     canvas = Canvas(ABOVE, np.reshape(box, (2, 2)), width / (box[2] - box[0]))
     return canvas, canvas.cover(mesh.points, mesh.corners, cull=True), point_normals(mesh)
 
 
 def half_behind(mesh: Mesh, axis: int, at: float, eye: Eye) -> Mesh:
-    """What is behind the plane where coordinate `axis` is `at`."""
+    """Part of the scene behind the plane where coordinate `axis` is `at`."""
     return half(mesh, axis, at, np.sign(eye.axes[2][axis]))
 
 
