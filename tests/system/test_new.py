@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """What makes an input quickly: scenes to begin with, keys of one group, man page, completion of bash."""
 
+import hashlib
+import json
 import os
 import pathlib
 import re
@@ -37,6 +39,19 @@ def test_scene_runs_as_it_is(run, tmp_path, scene):
         solidus = float(re.search(r"T_MELT = (\d+)", checked.out).group(1))
         assert history["time[s]"][-1] == end["TIME.END"]
         assert 400 < history["temperature_max[K]"].max() < solidus
+
+
+def test_lights_are_of_the_scenes_as_they_are(run):
+    """Exact: a recorded light (benchmarks/new_scenes) is of the scene as --new prints it, and only those that say so are red."""
+    tables = json.loads((driver.ROOT / "benchmarks/new_scenes.json").read_text(encoding="utf-8"))
+    lights = {row[0]: row[-1] for row in tables["scenes"]["rows"][1:] if row[-1]}
+    digests = dict(tables["digests"]["rows"])
+    assert sorted(lights) == sorted(digests)
+    for scene, digest in digests.items():
+        text = run(None, "--new", scene).out
+        assert hashlib.sha256(re.sub(r"(?m)!.*$|\s+", "", text).encode()).hexdigest()[:16] == digest, f"{scene}: run benchmarks/new_scenes --keep"
+        level = lights[scene].split(":")[0]
+        assert level == "green" or f"report is {level}" in text
 
 
 def test_weld_on_a_backing_plate(run):
