@@ -171,7 +171,7 @@ def test_series_lists_the_frames(small):
 
 def test_histories(small):
     """Exact: rows every 1e-7 s from 0 to 2e-6 s (21, +1 for the last), every column named with its unit in
-    brackets, every number finite, time and step rising, nine columns of the tool's load and five of its pose."""
+    brackets, every number finite, time and step rising, ten columns of the tool's load and five of its pose."""
     history = small.results("small").history()
     assert history.text.startswith("# Small\n")
     for name in history.names:
@@ -180,7 +180,7 @@ def test_histories(small):
                  "audit_error[%]", "heat_content[J]", "temperature_max[K]", "punch_torque[Nm]", "punch_force_z[N]",
                  "punch_power[W]"):
         assert name in history.names
-    assert sum(name.startswith("punch_") for name in history.names) == 14
+    assert sum(name.startswith("punch_") for name in history.names) == 15
     assert 20 <= len(history.rows) <= 22
     assert history["time[s]"][0] == 0.0
     assert history["time[s]"][-1] == pytest.approx(2e-6, rel=1e-12)
