@@ -25,19 +25,21 @@ module simulation_probes
 
 contains
 
-  !> Move this rank's probes as the particles, by the velocity of `g` less `part` of its change, and
-  !> read the temperature there (linear weights). Nodes held for sleepers have received the
-  !> temperature of only a part of their particles: a probe next to such a node keeps its
+  !> Move this rank's probes by the velocities of `g` and read the temperature of `g_heat` there
+  !> (linear weights); the masses of both grids are the same. Nodes held for sleepers have received
+  !> the temperature of only a part of their particles: a probe next to such a node keeps its
   !> temperature of the last conduction step.
-  subroutine move_probes(dt, part, patch, n_groups, g, probes, held)
-    real(rp), intent(in) :: dt, part            !! time step [s], part of the velocity change
+  subroutine move_probes(dt, patch, n_groups, g, g_heat, probes, held)
+    real(rp), intent(in) :: dt                  !! time step [s]
     type(patch_t), intent(in) :: patch
     integer, intent(in) :: n_groups
-    !> Nodal velocity, temperature, velocity change and mass.
+    !> Nodal velocity and mass.
     real(rp), intent(in), dimension(8, patch%nn, n_groups) :: g
+    !> Nodal temperature and mass.
+    real(rp), intent(in), dimension(8, patch%nn, n_groups) :: g_heat
     type(probes_t), intent(inout) :: probes
     integer, intent(in), optional :: held(:)    !! nodes held for sleepers
-    real(rp) :: s(3), state(8), weight(0:7)
+    real(rp) :: motion(8), s(3), state(8), weight(0:7)
     integer :: i, n, q(0:7)
     logical :: is_whole
 
@@ -45,17 +47,18 @@ contains
       if (.not. probes%is_mine(n)) cycle
       s = patch%linear_place(probes%x(:, n))
       where (patch%period > 0) s = 0.5_rp + modulo(s - 0.5_rp, real(patch%period, rp))
-      associate (nodes => g(:, :, probes%group(n)))
+      associate (nodes => g(:, :, probes%group(n)), heat => g_heat(:, :, probes%group(n)))
         call point_nodes(s, patch%stride, 8, 0.0_rp, patch%nn, nodes, q, weight)
         if (sum(weight) <= 0.0_rp) cycle           ! empty nodes have no temperature
-        state = matmul(nodes(:, q), weight)
+        motion = matmul(nodes(:, q), weight)
+        state = matmul(heat(:, q), weight)
         if (patch%is_graded()) then
           call to_mean_place(patch, probes%x(:, n), s)
           call point_nodes(s, patch%stride, 8, 0.0_rp, patch%nn, nodes, q, weight)
-          state(4) = sum(nodes(4, q)*weight)
+          state(4) = sum(heat(4, q)*weight)
         end if
       end associate
-      probes%x(:, n) = probes%x(:, n) + dt*(state(1:3) - part*state(5:7))
+      probes%x(:, n) = probes%x(:, n) + dt*motion(1:3)
       is_whole = .true.
       if (present(held)) is_whole = .not. any([(any(held == q(i)), i=0, 7)])
       if (is_whole) probes%temperature(n) = state(4)

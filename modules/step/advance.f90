@@ -84,9 +84,8 @@ contains
     call sim%timer%lap(ph_to_particles)
     sim%step%last = outcome
     if (sim%probes%n > 0) then
-      call move_probes(dt, merge(0.5_rp, 0.0_rp, sim%step%scheme == scheme_usavg), &
-                       sim%nodes%patch, sim%nodes%n_groups, g_motion, sim%probes, &
-                       sim%sleepers%layer%held)               ! an unallocated list is absent
+      call move_probes(dt, sim%nodes%patch, sim%nodes%n_groups, g_strain, g_motion, &
+                       sim%probes, sim%sleepers%layer%held)   ! an unallocated list is absent
     end if
   end subroutine take_step
 

@@ -114,24 +114,3 @@ def test_fmpm_with_one_particle_along_an_axis(run, order, particles):
     first = energy[history["time[s]"] < 2e-4].max()
     print(first, energy.max(), np.abs(history["audit_error[%]"]).max())
     assert 0.0 < energy.max() < 1.02 * first and np.abs(history["audit_error[%]"]).max() < 1.0
-
-
-FALL = """&GRID CELL = 1e-3, LOWER = 0, 0, 0, UPPER = 8e-3, 8e-3, 12e-3 /
-&TIME END = 2e-5, GRAVITY = 0, 0, -1e6 /
-&MATERIAL NAME = 'plastic', DENSITY = 1000, YOUNGS_MODULUS = 1e9, POISSON_RATIO = 0.3 /
-&BODY NAME = 'block', MATERIAL = 'plastic' /
-&SHAPE BODY = 'block', LOWER = 3e-3, 3e-3, 8e-3, UPPER = 5e-3, 5e-3, 10e-3 /
-&PROBE NAME = 'middle', POSITION = 4e-3, 4e-3, 9e-3 /
-&OUTPUT HISTORY_INTERVAL = 2e-5, CHECKPOINT_INTERVAL = 2e-5 /
-"""
-
-
-@pytest.mark.parametrize("scheme", ["usl", "musl", "usavg"])
-def test_probe_moves_as_the_metal(run, tmp_path, scheme):
-    """Exact: in a block that falls freely, the way of a probe [m] is that of the particles, to the digits of the table."""
-    path = tmp_path / "fall.nml"
-    path.write_text(FALL, encoding="utf-8")
-    results = run(path, "--quiet", sets={"METHOD.SCHEME": scheme}).results("fall")
-    way = results.probes()["middle_z[m]"][-1] - 9e-3
-    assert way < -1.5e-4
-    assert way == pytest.approx(results.checkpoint().x[:, 2].mean() - 9e-3, abs=2e-12)
