@@ -74,7 +74,7 @@ contains
           end if
           if (now >= p) cycle
           ps(i, f_jac) = before(i)*(1.0_rp + (p - now)/material%k)
-          work(i) = ps(i, f_mass)/material%rho*0.5_rp*(p + now)*(ps(i, f_jac) - before(i))
+          work(i) = ps(i, f_mass)/material%rho*now*(ps(i, f_jac) - before(i))
         end do
         if (all(abs(ps(:n, f_jac) - before(:n)) <= 0.0_rp)) return
         call material%change_volume(n, ps(1, f_mass), ps(1, f_temp), ps(1, f_bbar), before, &

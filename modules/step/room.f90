@@ -230,7 +230,10 @@ contains
     real(rp) :: u(nlane, 1)
 
     call gather_lanes(scene, nodes, l_excess, 1, g, block, u)
-    block%ps(:block%n, scene%layout%porosity) = min(1.0_rp, max(0.0_rp, -u(:block%n, 1)))
+    associate (n => block%n)
+      block%ps(:n, scene%layout%porosity) = merge(min(1.0_rp, max(0.0_rp, -u(:n, 1))), 0.0_rp, &
+                                                  block%ps(:n, f_plastic) > stirred)
+    end associate
   end subroutine find_porosity
 
   !> Mark the nodes of the particles that reach an open node.

@@ -236,7 +236,7 @@ def test_where_results_are(run, tmp_path):
                             (("--set", "RUN.NAME=mine", "--output", "there"), "there/mine")):
         assert run("stir", "--where", *options).out == wanted + "\n"
     weld = driver.ROOT / "share/stirpoint/new/pin.nml"   # with a material of the library
-    done = run(weld, "--where", "--set", "TIME.MASS_SCALING=1e9")
+    done = run(weld, "--where", "--set", "TIME.MASS_SCALING=2e6")
     assert (done.out, done.err) == ("pin.out/pin\n", "")
     assert not list(tmp_path.iterdir())
 

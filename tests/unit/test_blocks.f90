@@ -208,8 +208,8 @@ contains
   !> with the midpoint rule; whole metal and metal at rest keep their pressure. Plastic
   !> work is the elastic energy that is lost.
   subroutine test_compaction()
-    integer, parameter :: steps = 7, fine = 2000
-    real(rp), parameter :: modulus = 70.0e9_rp, dt = 1.0e-4_rp
+    integer, parameter :: steps = 2000, fine = 2000
+    real(rp), parameter :: modulus = 70.0e9_rp, dt = 3.5e-7_rp
     type(scene_t) :: scene
     type(budget_t) :: budget
     type(block_t) :: block
