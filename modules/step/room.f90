@@ -37,6 +37,7 @@ module step_room
   real(rp), parameter :: open_fill = 0.5_rp
   real(rp), parameter :: disorder = 0.1_rp       !! excess of the fill by disorder of particles
   real(rp), parameter :: stirred = 3.0_rp       !! plastic strain above which metal moves
+  real(rp), parameter :: sheared = 1.0_rp       !! plastic strain above which pores are compacted
   real(rp), parameter :: most = 0.04_rp          !! largest displacement of a correction [cells]
   !> Fill around a particle of a fragment, by metal alone. With two particles along an axis of a
   !> cell a fragment of one cell has at most 0.148 and a row of particles 0.09, a corner of three
@@ -232,7 +233,7 @@ contains
     call gather_lanes(scene, nodes, l_excess, 1, g, block, u)
     associate (n => block%n)
       block%ps(:n, scene%layout%porosity) = merge(min(1.0_rp, max(0.0_rp, -u(:n, 1))), 0.0_rp, &
-                                                  block%ps(:n, f_plastic) > stirred)
+                                                  block%ps(:n, f_plastic) > sheared)
     end associate
   end subroutine find_porosity
 

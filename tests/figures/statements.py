@@ -369,6 +369,7 @@ DEFINITIONS = (
     ("docs/method.md", '(Taylor\'s bar: length off by 1.7 instead of 2.8 % with 9 cells)', STUDY),
     ("docs/method.md", '$\\dot\\epsilon$ and the flow stress $\\sigma_f$ (A.L. Gurson, J. Eng. Mater. Technol. 99 (1977) 2, at small $f_p$),', FORMULA),
     ("docs/method.md", 'The bound above is the limit of the same law without shear. $f_p$ is the part of the room of a particle that neither metal nor tool fills, found every 20', STUDY),
+    ("docs/method.md", "steps for metal with a plastic strain above 1", KEY),
     ("docs/method.md", 'loose by 5 to 15 % over the whole stir zone, under a pressure of 20 to 40 MPa, and metal below a plunging pin packs by as much.', STUDY),
     ("docs/method.md", '| weld of 6.4 mm AA6061, 650 rpm, pressed by 14 kN, cells of 1.6 mm | without | with |', STUDY),
     ("docs/method.md", '| largest void [mm2] | 9.2 | 0.0 |', STUDY),
