@@ -88,8 +88,8 @@ WELDS = {
 RABE = {    # nominal depths, of which a sound weld is meant, and .15 mm less
     f"rabe-{alloy}-{thickness:g}-{rpm}-{speed}-{depth}": rabe(metal, thickness, rpm, speed, left + less)
     for alloy, metal, thickness, left, settings in (
-        ("5754", "AA6082-T6-weld", 3.0, 2.78, ((600, 300), (1200, 600), (1200, 1200), (1200, 2000), (1800, 900), (2400, 1200))),
-        ("5754", "AA6082-T6-weld", 1.5, 1.32, ((600, 300), (1200, 600), (1200, 2000))),
+        ("5754", "AA5754-H22-weld", 3.0, 2.78, ((600, 300), (1200, 600), (1200, 1200), (1200, 2000), (1800, 900), (2400, 1200))),
+        ("5754", "AA5754-H22-weld", 1.5, 1.32, ((600, 300), (1200, 600), (1200, 2000))),
         ("7075", "AA7075-T6-weld", 1.5, 1.32, ((600, 300), (1200, 600), (1200, 2000))))
     for rpm, speed in settings for depth, less in (("nominal", 0.0), ("reduced", 0.15))
 }

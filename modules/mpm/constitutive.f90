@@ -70,6 +70,7 @@ contains
           if (ps(i, void) > 0.0_rp) now = min(now, -2.0_rp/3.0_rp*ps(i, f_flow)*log(ps(i, void)))
           if (ps(i, porosity)*ps(i, f_rate) > 0.0_rp) then
             decay = exp(-2.25_rp*ps(i, porosity)*material%k/ps(i, f_flow)*ps(i, f_rate)*dt)
+            decay = min(decay, 1.0_rp - epsilon(decay))      ! atanh is infinite at 1
             now = 4.0_rp/3.0_rp*ps(i, f_flow)*atanh(decay*tanh(0.75_rp*now/ps(i, f_flow)))
           end if
           if (now >= p) cycle

@@ -4,7 +4,7 @@
 program test_blocks
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   use base_kinds, only: nlane, rp
-  use check, only: begin_tests, end_tests, expect_close
+  use check, only: begin_tests, end_tests, expect, expect_close
   use mpm_blocks, only: advance_particles, body_work, force_records, kinetic_energy, max_half, &
                         min_half, momentum_records, stretch_domains
   use mpm_constitutive, only: crush_voids
@@ -260,7 +260,15 @@ contains
     call expect_close('its plastic work', worst(2), 0.0_rp, atol=0.01_rp)
     call expect_close('work less elastic energy', budget%sums(e_stress)/budget%sums(e_plastic), &
                       0.0_rp, atol=0.01_rp)
-
+    ps(:n, n_fields + 2) = 1.0e-30_rp
+    ps(:n, f_rate) = 1.0e-6_rp
+    ps(:n, f_jac) = 1.0_rp
+    do k = 0, 2
+      ps(:n, f_tau + k) = -100.0_rp*ps(:n, f_flow)
+    end do
+    call crush_voids(scene, budget, dt, block)
+    call expect('pressure far above the strength, hardly any strain', &
+                all(ps(:n, f_tau) < -20.0_rp*ps(:n, f_flow)) .and. all(ps(:n, f_jac) < 2.0_rp))
   end subroutine test_compaction
 
   !> Fall of the pressure `p` in a small step in units of Y, c = K 3/2 f de/Y.
