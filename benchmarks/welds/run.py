@@ -13,7 +13,7 @@ cold sheet beyond the sides, a left-hand thread on the pin in sheets above 4 mm,
 thickness up to 4 mm, else a quarter, and longer beside the shoulder. Results are means of the last second of a travel of two radii of the shoulder. A variant has other
 cells or another mass scaling, for the numerical error; --set changes one key of the rule. --film (at 1 MPa), --friction (0: the metal
 seizes on the tool) and --travel are recorded in rule.jsonl.
---page draws docs/pictures/welds.png from results.jsonl and prints the deviations. docs/welds.md names the sources; reported.json has the
+--page draws docs/pictures/welds.png and welds_rabe.png from results.jsonl and prints the deviations. docs/welds.md names the sources; reported.json has the
 reported values, remembered (cited from memory) or read in a text, a range as two values.
 """
 
@@ -38,15 +38,16 @@ from stirpost.run import Run
 
 MM = 1e-3
 LIBRARY = ROOT / "share/stirpoint/materials.nml"
-PICTURE = ROOT / "docs/pictures/welds.png"
+PICTURE, WINDOW = (ROOT / f"docs/pictures/{name}.png" for name in ("welds", "welds_rabe"))
 RESULTS = pathlib.Path(__file__).with_name("results.jsonl")
 RULE_RESULTS = pathlib.Path(__file__).with_name("rule.jsonl")
 PAIRS = {"AA": "tool steel on aluminium", "304L": "PCBN on steel", "copper": "tool steel on copper"}    # of metals that begin so
 ANVIL = "sheet on steel anvil"
 TRAVEL = 2.0       # distance of travel [radii of the shoulder]
-# Cells over thin and thick sheets, of whole layers of particles, and mass scaling.
-RULE = (2.5, 4, 3e6)
-VARIANTS = {"coarse": (2, 3, 3e6), "fine": (3, 5, 3e6), "light": (2.5, 4, 1e6)}
+SCALING = 3e6      # of mass, where a weld has none of its own
+# Cells over thin and thick sheets, of whole layers of particles, and a factor of the mass scaling.
+RULE = (2.5, 4, 1.0)
+VARIANTS = {"coarse": (2, 3, 1.0), "fine": (3, 5, 1.0), "finest": (4, 6, 1.0), "light": (2.5, 4, 1 / 3)}
 
 
 def weld(metal, thickness, shoulder, pin, length, rpm, speed, tilt=2.0, concavity=0.0, probe=None,
@@ -85,10 +86,12 @@ WELDS = {
     f"aa5083-6082-{speed}": weld("AA5083-H116-weld", 3.0, 18.0, 5.0, 2.6, 560, speed / 60, probe=(0.5, 6.5), beside="AA6082-T6-weld")
     for speed in (100, 200, 300)    # [mm/min]
 }
+SETTINGS_OF_RABE = (*((rpm, rpm // 2) for rpm in (600, 1200, 1800, 2400, 3000)), *((1200, speed) for speed in (900, 1200, 1500, 2000)),
+                    *((1800, speed) for speed in (600, 1200, 1500, 2000)))    # rotation [1/min], travel [mm/min]
 RABE = {    # nominal depths, of which a sound weld is meant, and .15 mm less
     f"rabe-{alloy}-{thickness:g}-{rpm}-{speed}-{depth}": rabe(metal, thickness, rpm, speed, left + less)
     for alloy, metal, thickness, left, settings in (
-        ("5754", "AA5754-H22-weld", 3.0, 2.78, ((600, 300), (1200, 600), (1200, 1200), (1200, 2000), (1800, 900), (2400, 1200))),
+        ("5754", "AA5754-H22-weld", 3.0, 2.78, SETTINGS_OF_RABE),
         ("5754", "AA5754-H22-weld", 1.5, 1.32, ((600, 300), (1200, 600), (1200, 2000))),
         ("7075", "AA7075-T6-weld", 1.5, 1.32, ((600, 300), (1200, 600), (1200, 2000))))
     for rpm, speed in settings for depth, less in (("nominal", 0.0), ("reduced", 0.15))
@@ -112,9 +115,8 @@ def of_library(metal, key):
 def text_of(name, variant=None, film=None, friction=None, radii=TRAVEL):
     """The input of a weld."""
     w = WELDS[name]
-    thin, thick, scaling = VARIANTS.get(variant, RULE)
-    if not variant:
-        scaling = w["scaling"] or scaling
+    thin, thick, factor = VARIANTS.get(variant, RULE)
+    scaling = factor * (w["scaling"] or SCALING)
     h = w["thickness"] / (thin if w["thickness"] <= 4.0 else thick)
     radius = w["shoulder"] / 2
     size_x, size_y = h * round((4.0 + radii) * radius / h), 2 * h * round(2.25 * radius / h)    # walls on nodes
@@ -237,6 +239,25 @@ def draw(pairs):
         look.save(figure, PICTURE)
 
 
+def draw_rabe():
+    """Welds of Rabe over rotation and travel, one plot a depth: filled if closed, else the area of the void in mm2; axial force in kN."""
+    with matplotlib.rc_context(look.STYLE):
+        figure = look.new_figure(9.6, 3.4)
+        for axes, depth in zip(figure.subplots(1, 2, sharey=True), ("nominal", "reduced")):
+            for row in measures.lines(RESULTS):
+                name = row["weld"].split("-")
+                if name[:3] != ["rabe", "5754", "3"] or name[-1] != depth or {"variant", "set"} & row.keys():
+                    continue
+                rpm, speed, void = int(name[3]), int(name[4]), row["void"]
+                colour = look.LINES[1 if void else 2]
+                axes.plot(rpm, speed, "o", markersize=9, color=colour, markerfacecolor="white" if void else colour)
+                axes.annotate(f"{row['force']:.0f} kN" + (f"\n{void:.1f} mm2" if void else ""), (rpm, speed), (8, 0), textcoords="offset points",
+                              va="center", fontsize=7)
+            axes.set(title=f"{depth} depth", xlabel="rotational speed [1/min]", xlim=(300, 3700), ylim=(100, 2250))
+        figure.axes[0].set_ylabel("travel [mm/min]")
+        look.save(figure, WINDOW)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(WELDS))
@@ -252,6 +273,7 @@ def main():
     arguments = parser.parse_args()
     if arguments.page:
         draw(tables.reported_of_welds())
+        draw_rabe()
         print(tables.weld_ratios(None))
         return
     arguments.folder.mkdir(parents=True, exist_ok=True)
