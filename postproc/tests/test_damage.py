@@ -276,8 +276,9 @@ def test_a_damaged_file(workshop, capsys, name, path, damage, seed):
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_a_full_disk(workshop, capsys, name):
+def test_a_full_disk(workshop, capsys, monkeypatch, name):
     """Writing ends at 20 bytes: the file that could not be written is named."""
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # modules cut at 20 bytes would break later processes
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (20, limits[1]))
     try:

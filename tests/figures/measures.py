@@ -307,7 +307,7 @@ HEAT = (
     Measure("heat record", "tests/figures/figures.py heat", heat.record, quick=True, tolerance=0.01),
     Measure("heat tolerance", "tests/figures/figures.py heat", heat.tolerance, tolerance=0.05,
             reason="steps follow an estimate"),
-    Measure("heat cavity", "tests/figures/figures.py heat", heat.cavity, quick=True, tolerance=0.01),
+    Measure("heat cavity", "tests/figures/figures.py heat", heat.cavity, tolerance=0.01),
     Measure("heat share", "stirpost calibrate heat share --plate 391 8960 386 --tool 14.4 7800 460", heat.share, quick=True),
 )
 ALL = {measure.name: measure for measure in (*of_verification(), *OWN, *HEAT)}

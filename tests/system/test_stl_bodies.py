@@ -4,7 +4,6 @@
 import driver
 import numpy as np
 import pytest
-import pyvista as pv
 from test_tool_shapes import write_binary
 
 SCENE = (driver.INPUTS / "released.nml").read_text(encoding="utf-8")
@@ -27,6 +26,8 @@ def state(run, directory, name, shapes):
 @pytest.mark.parametrize("unit, scale", [("mm", 1e-3), ("um", 1e-6)])
 def test_box_with_a_hole(run, tmp_path, unit, scale):
     """Exact: bitwise the state of a box and of another cut out of it, where the file has these in another unit and place."""
+    import pyvista as pv
+
     place = np.array([1e-3, -2e-3, 0.5e-3])
     box = pv.Box(bounds=np.ravel([np.array([0.0, 4e-3]) - p for p in place]) / scale)
     hole = pv.Box(bounds=np.ravel([np.array(b) - p for b, p in zip(([1e-3, 3e-3], [1e-3, 2e-3], [-1e-3, 5e-3]), place)]) / scale)
@@ -44,6 +45,8 @@ def test_box_with_a_hole(run, tmp_path, unit, scale):
 def test_sphere(run, tmp_path):
     """The volume asked for is that of the triangles, that of the particles within 2 %, and a file that is not closed is an
     error of its line."""
+    import pyvista as pv
+
     ball = pv.Icosphere(radius=2.0, center=(2, 2, 2), nsub=4)
     facets = facets_of(ball)
     write_binary(tmp_path / "ball.stl", facets)
