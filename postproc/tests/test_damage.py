@@ -310,9 +310,10 @@ def test_output_that_nobody_reads(workshop):
     assert done.returncode == 2 and done.stderr == "stirpost flow: No space left on device\n"
     read, write = os.pipe()
     os.close(read)
-    done = subprocess.run(command, stdout=write, **place)
+    for words in (command, command[:4] + ["--help"], command[:3] + ["--help"], command[:3] + ["--version"], command[:3] + ["calibrate", "--help"]):
+        done = subprocess.run(words, stdout=write, **place)
+        assert done.returncode == 1 and done.stderr == "", words
     os.close(write)
-    assert done.returncode == 1 and done.stderr == ""
 
 
 def test_a_report_names_what_is_left_out(workshop, capsys):

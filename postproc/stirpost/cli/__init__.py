@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The command `stirpost`: what it can do is a table, a line a command."""
+"""The command `stirpost`: a table with one line per command."""
 
 from __future__ import annotations
 
@@ -29,7 +29,18 @@ COMMANDS = (
 
 
 def main(arguments: list[str] | None = None) -> int:
-    words = list(sys.argv[1:] if arguments is None else arguments)
+    """Exit status; 1 without a message if the reader of standard output, such as `head`, has closed the pipe."""
+    try:
+        try:
+            return run(list(sys.argv[1:] if arguments is None else arguments))
+        finally:
+            sys.stdout.flush()
+    except BrokenPipeError:
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # what is left in the buffer is lost
+        return 1
+
+
+def run(words: list[str]) -> int:
     name = words[0] if words else "--help"
     if name in ("-h", "--help"):
         print(usage())
@@ -46,7 +57,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def run_command(before: str, commands, words: list[str]) -> int:
-    """Hand the words behind a name of a table to its module; what a person can put right is one line, status 2."""
+    """Call the module of the command with its arguments; an error that the user can correct is one line, status 2."""
     known = {name: module for name, module, _ in commands}
     if words[0] not in known:
         print(f"{before}: no command {words[0]}; there are: {', '.join(known)}", file=sys.stderr)
@@ -60,13 +71,13 @@ def run_command(before: str, commands, words: list[str]) -> int:
               "'bash jobscripts/local.sh python' makes build/venv, which has it", file=sys.stderr)
     except KeyboardInterrupt:
         return 130
+    except BrokenPipeError:
+        raise
     except Exception as problem:
         from ..io.files import message_of
 
         if isinstance(problem, OSError) and problem.filename is None:  # of standard output: what is in its buffer is lost
             sys.stdout = open(os.devnull, "w", encoding="utf-8")
-        if isinstance(problem, BrokenPipeError):
-            return 1
         own, where = not isinstance(problem, (OSError, ValueError, RuntimeError)), extract_tb(problem.__traceback__)[-1]
         place = f" ({Path(where.filename).name}, line {where.lineno}: a mistake of stirpost)" if own else ""
         print(f"{before} {words[0]}: {message_of(problem)}{place}", file=sys.stderr)
