@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 
 def text_of(path: Path | str) -> str:
@@ -27,8 +29,8 @@ def write(path: Path, content: str | bytes) -> Path:
 
 
 @contextmanager
-def named(path: Path | str):
-    """Errors name the file, which those of a full disk do not by themselves."""
+def named(path: Path | str) -> Iterator[None]:
+    """Add the name of the file to errors, which those of a full disk lack."""
     try:
         yield
     except OSError as problem:
@@ -36,7 +38,7 @@ def named(path: Path | str):
 
 
 @contextmanager
-def hdf5(path: Path):
+def hdf5(path: Path) -> Iterator[Any]:
     """An HDF5 file to read from. Whatever the body cannot read in it is a ValueError with the name of the file."""
     import h5py
 
@@ -49,7 +51,7 @@ def hdf5(path: Path):
 
 
 def message_of(problem: BaseException) -> str:
-    """An error for people: of a file its name and what is wrong with it."""
+    """The message of an error: for a file its name and what is wrong with it."""
     if isinstance(problem, OSError) and problem.strerror:
         return f"{problem.filename}: {problem.strerror}" if problem.filename else problem.strerror
     if isinstance(problem, (ValueError, RuntimeError, OSError)) and str(problem):

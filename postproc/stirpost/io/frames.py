@@ -94,7 +94,7 @@ class Frame:
         return mesh
 
 
-def text_in(value) -> str:
+def text_in(value: object) -> str:
     """Text of an HDF5 file, which may come as bytes."""
     return value.decode(errors="replace") if isinstance(value, bytes) else str(value)
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Sized
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -31,7 +31,7 @@ class Column:
 class Units(dict):
     """Units by the name of the column. pandas copies attributes deeply whenever it hands out a column: these are shared."""
 
-    def __deepcopy__(self, memo) -> Units:
+    def __deepcopy__(self, memo: object) -> Units:
         return self
 
 
@@ -83,7 +83,7 @@ class Table:
         return [c for c in found if np.isfinite(c.values).any()]
 
 
-def read_table(path: Path, faults: list[str], needed=("time",)) -> Table | None:
+def read_table(path: Path, faults: list[str], needed: Collection[str] = ("time",)) -> Table | None:
     """The table of a file; None if there is no file, no row in it or no column that is `needed`."""
     if not path.exists():
         return None
@@ -96,7 +96,7 @@ def read_table(path: Path, faults: list[str], needed=("time",)) -> Table | None:
     return Table([Column(name, unit, columns[name][keep]) for name, unit in units.items()]) if keep.any() else None
 
 
-def read_frame(path: Path, faults: list[str], needed, words=()) -> tuple[pd.DataFrame, dict[str, str]]:
+def read_frame(path: Path, faults: list[str], needed: Collection[str], words: Collection[str] = ()) -> tuple[pd.DataFrame, dict[str, str]]:
     """The same as `read_columns` as a frame of pandas."""
     import pandas as pd
 
@@ -104,10 +104,10 @@ def read_frame(path: Path, faults: list[str], needed, words=()) -> tuple[pd.Data
     return pd.DataFrame(columns), units
 
 
-def read_columns(path: Path, faults: list[str], needed, words=()) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+def read_columns(path: Path, faults: list[str], needed: Collection[str], words: Collection[str] = ()) -> tuple[dict[str, np.ndarray], dict[str, str]]:
     """Columns of numbers, and of `words`, and their units. ValueError without a row or a column that is `needed`. Rows
-    of another number of values are left out, values that are no numbers are NaN: each kind is a line in `faults`. A last row
-    that is cut short is left out without a word: it is still being written."""
+    of another number of values are left out, values that are no numbers are NaN: each kind is a line in `faults`. An incomplete last row is left out
+    without a warning: it is still being written."""
     lines = [(k, x) for k, x in enumerate(text_of(path).splitlines(), 1) if x.strip() and not x.lstrip().startswith("#")]
     if not lines:
         raise ValueError(f"{path}: empty")
@@ -133,7 +133,7 @@ def read_columns(path: Path, faults: list[str], needed, words=()) -> tuple[dict[
     return columns, dict(headings)
 
 
-def more(found, word: str) -> str:
+def more(found: Sized, word: str) -> str:
     return f", and {len(found) - 1} more such {word}{'s' * (len(found) > 2)}" if len(found) > 1 else ""
 
 
