@@ -9,6 +9,7 @@ program test_particles
   use check, only: begin_tests, end_tests, expect, expect_equal
   use grid_geometry, only: box_t, grid_t, make_grid, make_patch, nearest_node, patch_t
   use grid_partition, only: bisect
+  use grid_samples, only: random_loads
   use particles_migrate, only: find_outside, redistribute, wrap_positions
   use particles_sort, only: keep_none
   use particles_store, only: asleep, awake, f_bbar, f_jac, f_mass, f_pos, f_temp, make_tag, &
@@ -33,24 +34,6 @@ program test_particles
   call end_tests()
 
 contains
-
-  !> Random loads, each rank with others, in the lower fraction `part` of the grid.
-  subroutine random_loads(grid, part, n, nodes, weight)
-    type(grid_t), intent(in) :: grid
-    real(rp), intent(in) :: part
-    integer, intent(in) :: n
-    integer, allocatable, intent(out) :: nodes(:, :)
-    real(rp), allocatable, intent(out) :: weight(:)
-    real(rp) :: u(3)
-    integer :: i
-
-    allocate (nodes(3, n), weight(n))
-    do i = 1, n
-      call random_number(u)
-      nodes(:, i) = min(grid%n - 1, floor(part*u*grid%n))
-    end do
-    call random_number(weight)
-  end subroutine random_loads
 
   !> Field f of the particle with identity `id`, between 0 and 1.
   pure real(rp) function field_of(id, f)
@@ -172,7 +155,7 @@ contains
     mine = merge(0, each, world%rank == 0 .and. world%size > 1)
     call make_particles(particles, mine, extent)
     do round = 1, 3
-      call random_loads(grid, 1.0_rp/round, 300, nodes, weight)
+      call random_loads(grid, spread(0.0_rp, 1, 3), spread(1.0_rp/round, 1, 3), 300, nodes, weight)
       call bisect(world, grid, nodes, weight, boxes)
       patch = make_patch(grid, boxes(world%rank))
       call redistribute(world, grid, patch, boxes, nbody, particles%nblk, keep_none, .true., &
@@ -211,7 +194,7 @@ contains
           set_rest(whole%tag(p, b), asleep)
       end do
     end do
-    call random_loads(grid, 1.0_rp, 300, nodes, weight)
+    call random_loads(grid, spread(0.0_rp, 1, 3), spread(1.0_rp, 1, 3), 300, nodes, weight)
     call bisect(world, grid, nodes, weight, boxes)
     patch = make_patch(grid, boxes(world%rank))
     call redistribute(world, grid, patch, boxes, nbody, whole%nblk, keep_none, .true., whole, stays)
