@@ -122,7 +122,7 @@ def make_plate(size, edge, awake=AWAKE):
 
 
 def cuts(plate, low, high, ranks, tie=0.0):
-    """Axes and places to cut a box, like grid/partition.f90, the best first; then those worse by `tie` of the load at most."""
+    """Axes and positions at which a box can be divided, as in grid/partition.f90: the best, then those that are worse by at most the fraction `tie` of the load."""
     share, values = (ranks + 1)//2/ranks, []
     spans = [high[a] - low[a] + 1 for a in range(3)]
     for axis in range(3):
@@ -183,7 +183,7 @@ def exchange(plate, boxes):
 
 
 def predict(plate, ranks, options):
-    """What a step takes, where it goes, and what a rank needs, for a number of ranks."""
+    """Time of a step and its parts, and memory of a rank, for a number of ranks."""
     boxes = bisect(plate, (0, 0, 0), tuple(n - 1 for n in plate.n), ranks)
     loads = [plate.load(*box) for box in boxes]
     messages, sent = exchange(plate, boxes) if ranks > 1 else ([0], [0])
@@ -267,7 +267,7 @@ def tool_place(checkpoint):
 
 
 def report(options, numbers):
-    """As benchmarks/scaling prints it."""
+    """The table in the form of benchmarks/scaling."""
     for row in compare(options, numbers) if numbers else ():
         print(json.dumps(row), flush=True)
     for particles in (1e8, 1e9):

@@ -32,7 +32,7 @@ add_library(hdf5::fortran ALIAS hdf5_fortran)
 target_include_directories(hdf5_fortran INTERFACE ${HDF5_Fortran_INCLUDE_DIRS})
 target_link_libraries(hdf5_fortran INTERFACE ${HDF5_Fortran_LIBRARIES} MPI::MPI_Fortran)
 
-# optional_library(NAME found): AUTO takes what is there, ON insists, OFF does without.
+# optional_library(NAME found): AUTO uses the library if it is found, ON requires it, OFF does not use it.
 function(optional_library name found package)
   if(STIRPOINT_${name} STREQUAL "ON" AND NOT found)
     message(FATAL_ERROR "STIRPOINT_${name}=ON, but ${name} was not found (Debian: ${package})")

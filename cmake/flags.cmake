@@ -10,7 +10,7 @@ add_compile_options(
   $<$<COMPILE_LANGUAGE:Fortran>:-Wno-compare-reals>
   $<$<COMPILE_LANGUAGE:Fortran>:-Wno-unused-dummy-argument>
   $<$<COMPILE_LANGUAGE:Fortran>:-Wno-maybe-uninitialized>
-  $<$<COMPILE_LANGUAGE:Fortran>:-Wno-function-elimination>   # look-ups of keys stand behind .and.
+  $<$<COMPILE_LANGUAGE:Fortran>:-Wno-function-elimination>   # keys are looked up after .and.
   $<$<COMPILE_LANGUAGE:Fortran>:-ffree-line-length-none>
   $<$<COMPILE_LANGUAGE:Fortran>:-fopenmp-simd>)
 set(CMAKE_Fortran_FLAGS_RELEASE "-O3 -march=${STIRPOINT_ARCH} -fno-trapping-math -mprefer-vector-width=512")
@@ -21,16 +21,16 @@ check_c_source_compiles("#ifndef __AVX512F__\n#error\n#endif\nint main(void) { r
 check_c_source_compiles("#if !(defined(__znver3__) || defined(__znver4__))\n#error\n#endif\nint main(void) { return 0; }" HAS_HALVES_${STIRPOINT_ARCH})
 unset(CMAKE_REQUIRED_FLAGS)
 if(HAS_AVX512_${STIRPOINT_ARCH})
-  add_compile_definitions($<$<CONFIG:Release>:STIRPOINT_AVX512>)   # a node record is one register
+  add_compile_definitions($<$<CONFIG:Release>:STIRPOINT_AVX512>)   # a record of 8 numbers of a node fills one register
 endif()
 set(cpu_family "cpu family: 25")
-if(STIRPOINT_ARCH STREQUAL "native" AND EXISTS /proc/cpuinfo)   # to gfortran 12 later processors are Zen 3 as well
+if(STIRPOINT_ARCH STREQUAL "native" AND EXISTS /proc/cpuinfo)   # gfortran 12 takes later processors for Zen 3
   file(STRINGS /proc/cpuinfo cpu_family REGEX "^cpu family" LIMIT_COUNT 1)
 endif()
 if(HAS_HALVES_${STIRPOINT_ARCH} AND cpu_family MATCHES ": 25$")
-  add_compile_definitions($<$<CONFIG:Release>:STIRPOINT_HALVES>)   # Zen 4: 512 bits take two turns of 256
+  add_compile_definitions($<$<CONFIG:Release>:STIRPOINT_HALVES>)   # Zen 4 executes 512 bits as two halves
 endif()
-add_compile_definitions($<$<CONFIG:Debug>:STIRPOINT_CONTRACTS>)   # kernels check what they are given
+add_compile_definitions($<$<CONFIG:Debug>:STIRPOINT_CONTRACTS>)   # kernels check their arguments
 set(sanitizers "-fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer")
 set(CMAKE_Fortran_FLAGS_DEBUG "-g -O1 -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -fbacktrace ${sanitizers}")
 set(CMAKE_C_FLAGS_DEBUG "-g -O1 ${sanitizers}")

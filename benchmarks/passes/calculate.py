@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""One pass in a folder of its own: started, gone on with from its checkpoint, or left alone where it is done."""
+"""One pass in a folder of its own: started, resumed from its checkpoint, or kept if it is complete."""
 
 import hashlib
 import json

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a pass is held against the thesis by: numbers of one run."""
+"""Quantities of one run that are compared with the thesis."""
 
 import numpy as np
 from calculate import HERE, ROOT  # noqa: F401  (the path to driver and stirpost)

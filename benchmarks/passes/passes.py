@@ -62,7 +62,7 @@ def chosen(parser, words):
 
 
 def folder_of(options):
-    """Of the runs with the same numbers."""
+    """Folder of the runs with the same numbers."""
     return options.output / f"{options.particles:g}mm_{options.mass_scaling:g}"
 
 

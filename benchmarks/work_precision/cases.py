@@ -125,7 +125,7 @@ QUICK = {"waves2d": ((8, 16), ("cpgimp flip", "cpgimp apic, dt/2", "bspline flip
 
 
 def quick():
-    """The cases of the smoke test: some seconds."""
+    """The cases of the smoke test, which take some seconds."""
     result = {}
     for name, (resolutions, labels) in QUICK.items():
         sets = {label: CASES[name].option_sets[label] for label in labels}

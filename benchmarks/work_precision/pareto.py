@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Which points, and so which methods, nothing else beats: fronts and costs at equal error."""
+"""Pareto fronts: points, and methods, that no other beats in error and cost; costs at equal error."""
 
 import math
 
@@ -12,7 +12,7 @@ def judged(points):
 
 
 def front(points):
-    """Points that no other beats in error and core-seconds alike, from cheap to dear."""
+    """Points that no other beats in both error and core-seconds, by increasing cost."""
     result = []
     for point in sorted(judged(points), key=lambda p: (p["core_seconds"], p["error"])):
         if not result or point["error"] < result[-1]["error"]:

@@ -109,7 +109,7 @@ contains
     if (.not. is_open) return
     call file%close()
     if (file%code /= 0) write (error_unit, '(2a)') &
-      'stirpoint: warning: the log is not whole: ', reason_of(file%code)
+      'stirpoint: warning: the log is incomplete: ', reason_of(file%code)
     is_open = .false.
   end subroutine close_log
 

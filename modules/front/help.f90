@@ -64,7 +64,7 @@ contains
       '  NAME_input.nml (the input with its defaults), NAME.log; pictures: stirpost', &
       '  report NAME.out', &
       'signals: SIGUSR1, SIGTERM, SIGINT or SIGHUP end the run at the next step with a', &
-      '  checkpoint, the same again at once; mpirun hands SIGUSR1 on', &
+      '  checkpoint, the same again at once; mpirun forwards SIGUSR1', &
       'exit status: 0 finished, 2 bad input (nothing written), 3 the run broke down (checkpoint', &
       '  written), 4 output failed, 75 stopped by a signal (checkpoint written if the run had', &
       '  begun)'

@@ -64,7 +64,7 @@ contains
     character(48) :: text(n_kinds)
     integer :: k
 
-    text(unsolved) = 'found no stress that balances the elastic one'
+    text(unsolved) = 'did not converge in the return mapping'
     text(molten) = 'ended above T_MELT'
     call material%flow%list_warnings(own)
     text(:size(own)) = own

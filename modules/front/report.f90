@@ -68,7 +68,7 @@ contains
                     str(nint(sim%scene%method%rebalance*100.0_rp - 100.0_rp))//' % imbalance')
     call print_line('memory', str(memory(1)*1.0e-6_rp)//' MB for particles and grid, '// &
                     str(nint(memory(1)/real(sum(counts), rp)))//' bytes per particle, '// &
-                    str(8*(sim%particles%nf + 1))//' of them its own')
+                    str(8*(sim%particles%nf + 1))//' of them for its fields')
     if (sim%tracers%n > 0) call print_line('tracers', tracer_text(sim%tracers))
     call print_line('method', method(sim%scene))
     call print_line('time step', str(dt)//' s, limited by '//limited_by)
@@ -204,7 +204,7 @@ contains
     if (scene%method%is_bspline) text = 'quadratic B-splines'
     text = text//', '//trim(transfer(scene%method%transfer))//', '// &
       trim(scheme(scene%method%scheme))
-    if (scene%method%sleep%is_on) text = text//', still material sleeps'
+    if (scene%method%sleep%is_on) text = text//', material at rest sleeps'
   end function method
 
   !> Text on the limits of the time step.
@@ -248,7 +248,7 @@ contains
       n = count(tracers%group == g .and. tracers%id > 0)
       text = text//', '//trim(tracers%name(g))//' '//str(n)
       n = count(tracers%group == g) - n
-      if (n > 0) text = text//' ('//str(n)//' places more share their particles)'
+      if (n > 0) text = text//' ('//str(n)//' more positions have the same nearest particles)'
     end do
     text = text(3:)
   end function tracer_text
@@ -262,7 +262,7 @@ contains
     real(rp) :: factor, strain
 
     strain = elastic_strain(input, scene)
-    text = 'metal flows at an elastic strain of '//str(0.01_rp*nint(1.0e4_rp*strain))//' %'
+    text = 'metal yields at an elastic strain of '//str(0.01_rp*nint(1.0e4_rp*strain))//' %'
     if (scene%method%elastic_scaling > 1.0_rp) then
       text = text//' (ELASTIC_SCALING '//str(scene%method%elastic_scaling)//')'
       return
@@ -271,8 +271,8 @@ contains
     if (scene%method%mass_scaling <= 1.0_rp .or. size(tools) == 0 .or. factor < 2) return
     text = text//'; ELASTIC_SCALING = '//str(factor)//' would make that '// &
            str(0.01_rp*nint(1.0e4_rp*factor*strain))//' %, and steps '// &
-           str(0.1_rp*nint(10.0_rp*sqrt(factor)))//' times as long where flow matters and '// &
-           'springback and thermal stress do not'
+           str(0.1_rp*nint(10.0_rp*sqrt(factor)))//' times as long, for scenes in which '// &
+           'springback and thermal stress do not matter'
   end function elasticity
 
   !> Text on the components that this scene does not use.

@@ -76,7 +76,7 @@ contains
       call writer%write_due(scene, run, .true., .false., error)
       if (all(abs(run%integrator%heats) <= 0.0_rp) .and. size(run%heat%source) > 0 &
           .and. run%heat%world%is_root()) call log_line( &
-        'warning: no &SOURCE has given any heat: do they touch a surface that looks up?')
+        'warning: no &SOURCE has given any heat: do they touch a surface that faces up?')
     else if ((status == ended_by_signal .or. run%integrator%is_stuck) .and. .not. is_lost) then
       call writer%sync()
       call save_heat(scene, run, error)
@@ -129,9 +129,9 @@ contains
     if (run%integrator%is_stuck .and. .not. flags(3) > 0.0_rp) then
       status = ended_broken
       message = 'conduction: a step of '//str(run%integrator%last)// &
-        ' s was not solved for: shorten &HEAT STEP'
+        ' s did not converge: shorten &HEAT STEP'
       if (.not. run%integrator%fixed > 0.0_rp) then
-        message = 'conduction: no step is as exact as &HEAT TOLERANCE, not even one of '// &
+        message = 'conduction: no time step satisfies &HEAT TOLERANCE, not even one of '// &
         str(run%integrator%last)//' s'
       end if
       message = message//' (step '//str(run%integrator%steps)//', t = '//str(run%time)//' s)'

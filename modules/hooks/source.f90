@@ -52,7 +52,7 @@ contains
       'heat alone: a disc that spins on the surface, with a heat flux of SHARE times shear '// &
       'stress, spin and distance from the axis')
     call t%key('POWER', 'real', 1, 'W', 'required if KIND = '//either, '', &
-      'power, all of it in the material that the source covers')
+      'power; all of it enters the material that the source covers')
     call t%key('POSITION', 'real', 3, 'm', 'required', '', 'centre at t = 0')
     call t%key('VELOCITY', 'real', 3, 'm/s', '0 0 0', '', 'velocity of the centre')
     call t%key('RADIUS', 'real', 1, 'm', 'required', '(0,inf)', &

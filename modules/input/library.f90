@@ -63,7 +63,7 @@ contains
     call t%key('PAIR', 'text', 1, '', '', '', 'NAME of the &PAIR')
     call t%key('KEYS', 'text', 1, '', 'required', '', 'names of its keys')
     call t%key('TEXT', 'text', 1, '', 'required', '', 'the source')
-    call t%key('RANGE', 'real', 2, '', '', '', 'between which the values are known')
+    call t%key('RANGE', 'real', 2, '', '', '', 'range in which the values are known')
     call t%key('SEEN', 'logical', 1, '', 'F', '', 'whether the values were compared with it')
   end function library_table
 
@@ -72,10 +72,10 @@ contains
     type(key_table_t), intent(inout) :: t
 
     call t%key('FROM', 'text', 1, '', '', '', &
-      'pair of surfaces of the library (stirpoint --pairs) whose friction and film hold where '// &
-      'this group gives none')
+      'pair of surfaces of the library (stirpoint --pairs) for friction and heat transfer '// &
+      'that are not given here')
     call t%key('LIBRARY', 'text', 1, '', '', '', &
-      'file of the library, beside the input; not given: that of the program')
+      'file of the library, relative to the input file; not given: the library of the program')
   end subroutine add_pair_keys
 
   !> Read and scan a library; values are checked when they are taken.

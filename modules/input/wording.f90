@@ -86,10 +86,10 @@ contains
       case ('', '&BODY', '&MATERIAL', '&PROBE')   ! NAME of such a group: `about` says so
       case ('name')
         r = 'at most '//str(max_name)//' characters, none of '//forbidden_in_names// &
-            ', not first one of '//forbidden_first
+            ', not beginning with one of '//forbidden_first
       case ('file name')
-        r = 'at most '//str(max_file_name)//' letters, digits, - _ and ., not first a . or -, '// &
-            'not _tools last'
+        r = 'at most '//str(max_file_name)//' letters, digits, - _ and ., not beginning with '// &
+            '. or -, not ending in _tools'
       case default
         r = 'only the characters '//trim(row%allowed)
       end select
@@ -262,9 +262,9 @@ contains
     if (k > 0) lower_limit = least(k)
     if (k > 0) upper_limit = most(k)
     if (abs(x) > upper_limit) then
-      r = 'is beyond all measure: at most '//str(upper_limit)
+      r = 'is implausible: at most '//str(upper_limit)
     else if (row%allowed(1:2) == '(0' .and. x < lower_limit) then
-      r = 'is beyond all measure: at least '//str(lower_limit)
+      r = 'is implausible: at least '//str(lower_limit)
     end if
     if (r /= '' .and. row%unit /= '') r = r//' ['//trim(row%unit)//']'
   end function check_size

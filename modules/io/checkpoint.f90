@@ -201,7 +201,7 @@ contains
       call check_seal(world, path, error)
       if (error%is_set()) call check_seal(world, previous_of(path), other)
       if (error%is_set() .and. .not. other%is_set()) error%message = error%message// &
-        '; the checkpoint before it, '//previous_of(path)//', is whole'
+        '; the checkpoint before it, '//previous_of(path)//', is intact'
     end if
     call file%open(world, path, error)
   end subroutine open_checkpoint

@@ -53,7 +53,7 @@ contains
         call error%raise(directory//' is in use by another run: process '// &
                          line_of(path, 'process')//' (see '//path//')')
       else if (status == has_no_locks) then
-        note = 'warning: no locks in '//directory//': see to it that no other run writes there'
+        note = 'warning: no locks in '//directory//': make sure that no other run writes there'
       else if (status /= locked) then
         call error%raise(path//' cannot be written: '//reason_of(-status))
       end if
@@ -96,7 +96,7 @@ contains
         mine = pack(all, [(any_frame(trim(all(k)), name) >= frames, k=1, size(all))])
         frames_there = count([(number_of_frame(trim(mine(k)), name) >= 0, k=1, size(mine))])
         if (size(mine) > 0) note = 'note: '//str(frames_there)// &
-          ' frame(s) behind the checkpoint deleted'
+          ' frame(s) later than the checkpoint deleted'
         call delete(place, mine)
         mine = later_checkpoints(place//name//'_checkpoint.h5', restart)
         if (size(mine) > 0) call move_to_previous(directory, name, mine, note, error)

@@ -114,8 +114,8 @@ contains
       return
     end if
     began = 'since t = '//str(self%balanced_until)//' s the energy balance does not close: '// &
-            str(error)//' J, '//str(100.0_rp*part)//' % of the energy turned over, are missing'
-    if (error < 0.0_rp) began = began(:len(began) - len('are missing'))//'came from nothing'
+            str(error)//' J, '//str(100.0_rp*part)//' % of the energy exchanged, are missing'
+    if (error < 0.0_rp) began = began(:len(began) - len('are missing'))//'were created'
     if (part > largest_error .and. (error < 0.0_rp &
                                     .or. sim%scene%method%scheme /= scheme_usavg)) then
       reason = began//'; the time step is too long for this scene: lower &TIME CFL or '// &
@@ -243,7 +243,7 @@ contains
         max_torque = increase(s_layer_strength, k)*(shape%radius + half)
       end select
       if (abs(increase(s_torque, k)) <= torque_slack*max_torque .or. max_torque <= 0.0_rp) cycle
-      reason = '&TOOL '//trim(tools(k)%name)//' turns against '// &
+      reason = '&TOOL '//trim(tools(k)%name)//' has '// &
         str(abs(increase(s_torque, k))/max_torque)// &
         ' times the torque that the shear strength of the metal on its face allows: '// &
         'the steps are too long; lower &TIME CFL or MASS_SCALING'

@@ -72,10 +72,10 @@ contains
     sleep_loss = abs(columns%value('sleep_loss'))/max(sim%history%audit_scale, tiny(1.0_rp))
     call warn_once(self%has_sleep, sim%world, sleep_loss > max_sleep_loss, at// &
                    'sleeping material has taken '//str(100.0_rp*sleep_loss)// &
-                   ' % of the energy turned over: lower SLEEP_STRESS, or SLEEPING = off')
+                   ' % of the energy exchanged: lower SLEEP_STRESS, or SLEEPING = off')
     call warn_once(self%has_debris, sim%world, columns%value('debris_mass') > 0.0_rp, at// &
                    str(1.0e6_rp*columns%value('debris_mass'))// &
-                   ' mg of debris have left the grid; debris_mass of the history counts on '// &
+                   ' mg of debris have left the grid; debris_mass in the history has the sum '// &
                    '(DEBRIS = 0: it ends the run)')
     call warn_once(self%has_returns, sim%world, sim%step%worst_returns > 0, at// &
                    'the return mapping of '//str(sim%step%worst_returns)// &
@@ -197,7 +197,7 @@ contains
 
     if (.not. (scene%method%adapts_mass .or. clock%mass_scaling > 1.0_rp)) return
     if (max(self%inertial_ratio, part_of_loads(history)) <= 0.0_rp) then
-      call log_line('no metal with strength was seen to flow: nothing to judge the mass scaling by')
+      call log_line('no metal with strength has flowed: the mass scaling cannot be assessed')
       return
     end if
     text = 'inertial stress up to '//str(100.0_rp*self%inertial_ratio)// &
@@ -209,7 +209,7 @@ contains
       call log_line(text//': MASS_SCALING = '//str(allowed_scaling(self, scene, clock, history))// &
                     ' would make that '//str(100.0_rp*scene%method%inertial_fraction)//' %')
     end if
-    if (history%row_inertia%load(1) > 0.0_rp) call log_line('loads of the tools are up to '// &
+    if (history%row_inertia%load(1) > 0.0_rp) call log_line('loads on the tools act up to '// &
       str(contact_relaxation(clock, maxval(scene%grid%h)))// &
       ' s early, since gaps close slowly: metal that they have not reached bears up to '// &
       str(100.0_rp*self%early_force/history%row_inertia%load(1))//' % of the largest force')

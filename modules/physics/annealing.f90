@@ -51,20 +51,25 @@ contains
     type(key_table_t), intent(inout) :: t
 
     call t%key('RECOVERY', 'real', 2, '', '0 0 if LAW = two-phase', '[0,inf)', &
-      'two-phase: C [m^(2n-2)/s] and Q [J/mol] of d rho/dt = -C exp(-Q/(R T)) rho^n; 0: none')
-    call t%key('RECOVERY_EXPONENT', 'real', 1, '', '2 if LAW = two-phase', '(1,10]', 'n')
+      'static recovery of the dislocation density: C [m^(2n-2)/s] and Q [J/mol] of d rho/dt = '// &
+      '-C exp(-Q/(R T)) rho^n; 0: none')
+    call t%key('RECOVERY_EXPONENT', 'real', 1, '', '2 if LAW = two-phase', '(1,10]', &
+               'exponent n of RECOVERY')
     call t%key('GROWTH', 'real', 2, '', '0 0 if LAW = two-phase', '[0,inf)', &
-      'two-phase: C [m^m/s] and Q [J/mol] of d(d^m)/dt = C exp(-Q/(R T)) of the grain size; '// &
-      '0: none')
-    call t%key('GROWTH_EXPONENT', 'real', 1, '', '2 if LAW = two-phase', '[1,20]', 'm')
+      'grain growth: C [m^m/s] and Q [J/mol] of d(d^m)/dt = C exp(-Q/(R T)) for the grain '// &
+      'size d; 0: none')
+    call t%key('GROWTH_EXPONENT', 'real', 1, '', '2 if LAW = two-phase', '[1,20]', &
+               'exponent m of GROWTH')
     call t%key('RECRYSTALLISATION', 'real', 2, '', '0 0 if LAW = two-phase', '[0,inf)', &
-               'two-phase: mobility [m4/(J s)] and Q [J/mol] of the fronts of new grains; 0: none')
+               'static recrystallisation: mobility [m4/(J s)] of the boundaries of new grains '// &
+               'and its activation energy [J/mol]; 0: none')
     call t%key('NUCLEATION_DENSITY', 'real', 1, '1/m2', '0 if LAW = two-phase', '[0,inf)', &
                'dislocation density above which new grains grow')
     call t%key('NUCLEUS_SPACING', 'real', 1, 'm', '0 if LAW = two-phase', '[0,inf)', &
-               'distance of the nuclei, and size of the new grains; above 0 with RECRYSTALLISATION')
+               'distance of the nuclei and size of the recrystallised grains; above 0 with '// &
+               'RECRYSTALLISATION')
     call t%key('RECRYSTALLISED_STRAIN', 'real', 1, '', '0.5 if LAW = two-phase', '(0,inf)', &
-               'plastic strain in which new grains become deformed ones')
+               'plastic strain in which the recrystallised fraction falls by the factor e')
   end subroutine add_keys
 
   subroutine read_keys(self, input, i)

@@ -54,7 +54,7 @@ contains
     call t%key('JC_RATE0', 'real', 1, '1/s', '1'//with_law, '(0,inf)', &
                'reference strain rate')
     call t%key('JC_STRAIN_LIMIT', 'real', 1, '', '0'//with_law, '[0,inf)', &
-               'plastic strain above which it does not harden; 0: none')
+               'plastic strain above which the metal does not harden further; 0: no limit')
   end subroutine add_keys
 
   subroutine read_keys(self, input, i, shear)

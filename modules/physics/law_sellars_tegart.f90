@@ -32,7 +32,8 @@ contains
 
     call t%key('ST_ALPHA', 'real', 1, '1/Pa', required, '(0,inf)', &
                'sigma = asinh((Z/A)^(1/n))/alpha, Z = rate exp(Q/(R T))')
-    call t%key('ST_N', 'real', 1, '', required, '[1,inf)', 'n')
+    call t%key('ST_N', 'real', 1, '', required, '[1,inf)', &
+               'stress exponent n of the equation of ST_ALPHA')
     call t%key('ST_LN_A', 'real', 1, '', required, '', 'ln A, A in 1/s')
     call t%key('ST_Q', 'real', 1, 'J/mol', required, '[0,inf)', &
                'activation energy')

@@ -37,8 +37,8 @@ contains
     call t%key('TABLE_T', 'real', -max_points, 'K', '298 if LAW = table', '(0,inf)', &
                'rising temperatures')
     call t%key('TABLE_STRESS', 'real', -max_values, 'Pa', 'required if LAW = table', '[0,inf)', &
-               'flow stress; the strain runs fastest, then the rate, then the temperature; '// &
-               'constant outside the table')
+               'flow stress; strain varies fastest, then rate, then temperature; constant '// &
+               'outside the table')
   end subroutine add_keys
 
   subroutine read_keys(self, input, i, shear)

@@ -73,22 +73,24 @@ contains
     call t%key('TP_F_END', 'real', 1, '', '0.06 if LAW = two-phase', '(0,1)', &
                'volume fraction of the cell walls at large strain')
     call t%key('TP_GAMMA', 'real', 1, '', '3.2 if LAW = two-phase', '(0,inf)', &
-               'shear strain in which the fraction of the walls falls')
+               'shear strain in which the difference of the wall fraction to TP_F_END falls '// &
+               'by the factor e')
     call t%key('TP_SIZE', 'real', 1, '', 'required if LAW = two-phase', '(0,inf)', &
-               'K of the grain size K/sqrt(rho)')
+               'K of the grain size K/sqrt(rho), rho: dislocation density')
     call t%key('TP_BETA', 'real', 1, '', 'required if LAW = two-phase', '[0,inf)', &
-               'beta*: dislocations from the interior stored in the walls')
+               'beta*, coefficient of the storage of dislocations from the interior in the walls')
     call t%key('TP_K0', 'real', 1, '', 'required if LAW = two-phase', '[0,inf)', &
-               'dynamic recovery, k_0')
+               'coefficient k_0 of dynamic recovery')
     call t%key('TP_A', 'real', 1, 'K', '30000 if LAW = two-phase', '(0,inf)', &
-               'm = A/T, 1/m: exponent of the rate')
+               'A of the exponent 1/m of the shear rate in the flow stress, with m = A/T')
     call t%key('TP_B', 'real', 1, 'K', '14900 if LAW = two-phase', '(0,inf)', &
-               'n = B/T, 1/n: exponent of the rate in dynamic recovery')
+               'B of the exponent -1/n of the shear rate in dynamic recovery, with n = B/T')
     call t%key('TP_RATE0', 'real', 1, '1/s', '1000 if LAW = two-phase', '(0,inf)', &
                'reference shear rate; shear rates should stay below it')
     call star%add_keys(t)
     call t%key('TP_CALIBRATED', 'real', 2, 'K', '0 1e5 if LAW = two-phase', '[0,inf)', &
-      'temperatures between which the law was fitted; flow outside is counted and reported')
+      'temperatures between which the law was calibrated; plastic flow outside them is '// &
+      'counted and reported')
     call annealing%add_keys(t)
   end subroutine add_keys
 

@@ -198,14 +198,16 @@ contains
     type(key_table_t), intent(inout) :: t
 
     call t%key('TP_STAR', 'real', -max_points, '', 'if LAW = two-phase', '', &
-      'alpha* at the temperatures TP_STAR_T: linear between, constant outside; one value: constant')
+      'alpha*, coefficient of the generation of dislocations, at the temperatures TP_STAR_T: '// &
+      'linear between, constant outside; one value: constant')
     call t%key('TP_STAR_T', 'real', -max_points, 'K', 'if LAW = two-phase', '(0,inf)', &
                'rising temperatures of TP_STAR')
     call t%key('TP_STAR_FIT', 'real', 3, '', 'if LAW = two-phase', '', &
                'instead of TP_STAR: a [K], b [K], c of alpha* = a/(T + b) + c')
     call t%key('TP_STAR_RANGE', 'real', 2, 'K', 'if LAW = two-phase', '(0,inf)', &
-               'temperatures between which it holds')
-    call t%key('TP_STAR_ENDS', 'real', 2, '', 'if LAW = two-phase', '', 'alpha* below and above')
+               'temperatures between which TP_STAR_FIT holds')
+    call t%key('TP_STAR_ENDS', 'real', 2, '', 'if LAW = two-phase', '', &
+      'alpha* below and above TP_STAR_RANGE')
   end subroutine add_keys
 
   !> Read a table, a constant or a fit.

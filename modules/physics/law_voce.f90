@@ -38,7 +38,7 @@ contains
     call t%key('VOCE_SATURATION', 'real', 1, 'Pa', 'required if LAW = voce', '(0,inf)', &
                'stress at which hardening saturates')
     call t%key('VOCE_STRAIN', 'real', 1, '', 'required if LAW = voce', '(0,inf)', &
-               'strain in which hardening falls by e')
+               'plastic strain in which the hardening rate falls by the factor e')
     call t%key('VOCE_C', 'real', 1, '', '0 if LAW = voce', '[0,inf)', &
                'sensitivity to the strain rate')
     call t%key('VOCE_M', 'real', 1, '', '1 if LAW = voce', '(0,inf)', &
@@ -50,7 +50,7 @@ contains
     call t%key('DRX_CRITICAL_STRAIN', 'real', 1, '', '0.5 if LAW = voce', '[0,inf)', &
                'strain at which recrystallisation begins')
     call t%key('DRX_STRAIN', 'real', 1, '', '1 if LAW = voce', '(0,inf)', &
-               'strain in which it recrystallises 63 %')
+               'strain after DRX_CRITICAL_STRAIN at which 63 % of the metal is recrystallised')
     call t%key('DRX_N', 'real', 1, '', '2 if LAW = voce', '[1,inf)', 'Avrami exponent')
   end subroutine add_keys
 

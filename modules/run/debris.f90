@@ -30,7 +30,7 @@ contains
 
     sums = 0.0_rp
     is_removed = .true.
-    reason = 'it is no number or faster than waves: the run breaks down'
+    reason = 'its velocity is not finite or above the wave speed: the run ends'
     do b = 1, sim%particles%nblk
       outside = is_outside(sim%scene%grid, sim%particles, b)
       if (.not. any(outside)) cycle
@@ -52,8 +52,8 @@ contains
     share = mass(1)/mass(2)
     is_removed = share <= sim%scene%method%debris
     if (.not. is_removed) reason = 'with it '//str(share)// &
-      ' of all mass would be gone, &METHOD DEBRIS lets '//str(sim%scene%method%debris)// &
-      ' go: a restart with --set METHOD.DEBRIS=... lets more go with its mass and energy in '// &
+      ' of all mass would have left, &METHOD DEBRIS allows '//str(sim%scene%method%debris)// &
+      ': a restart with a larger --set METHOD.DEBRIS=... counts its mass and energy in '// &
       'the history, a larger &GRID keeps it'
     if (.not. is_removed) return
     sim%budget%sums(d_kinetic) = sim%budget%sums(d_kinetic) + sums(1)

@@ -132,7 +132,7 @@ contains
                 str(sim%clock%time)//' s)'
       return
     end if
-    call describe_failure(sim, message, 'more kinetic energy than was ever given')
+    call describe_failure(sim, message, 'more kinetic energy than was ever supplied')
   end subroutine check_state
 
   !> Save the state at a stop: a checkpoint to resume from. After an instability an earlier
@@ -200,7 +200,7 @@ contains
         if (sim%step%is_unsolved) then
           status = ended_broken
           message = 'conduction: a step of '//str(sim%clock%time - sim%clock%heat_time)// &
-            ' s was not solved for: '// &
+            ' s did not converge: '// &
                     'shorten &HEAT STEP or EVERY (step '//str(sim%clock%step)//', t = '// &
                     str(sim%clock%time)//' s)'
         end if

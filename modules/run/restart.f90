@@ -75,7 +75,7 @@ contains
     else if (check_boxes(sim%scene%grid, boxes)) then
       wrong = check_particles(sim%scene, sim%particles, boxes(sim%world%rank))
     else
-      wrong = '/ranks/boxes: they do not divide the grid'
+      wrong = '/ranks/boxes: they are no partition of the grid'
     end if
     call sim%world%share_message(wrong, message)
     if (message /= '') call error%raise(path//': '//message)

@@ -168,12 +168,12 @@ contains
     if (admissible > 0.0_rp .and. factor > admissible) then
       call input%report('TIME', 1, key, 'gives the metal that '//trim(tool%name)// &
                         ' pushes aside at '//str(mm*speed)//' mm/s an inertial stress above '// &
-                        'its flow stress: forces are those of inertia. At most '// &
+                        'its flow stress: forces would be mostly inertial. At most '// &
                         str(admissible))
     else if (scene%method%cfl*rim > waves .and. scene%method%fixed_dt <= 0.0_rp) then
       call input%warn('TIME', 1, key, 'the rim of '//trim(tool%name)//' moves by '// &
                       str(scene%method%cfl*rim/waves)//' cells in a step: flow near it is '// &
-                      'coarse in time')
+                      'poorly resolved in time')
     end if
   end subroutine check_mass_scaling
 
@@ -299,7 +299,7 @@ contains
           str(mm*(upper(2) - lower(2)))//' x '//str(mm*(upper(3) - lower(3)))// &
           ' mm, top at z = '//str(mm*upper(3))//' mm')
       end associate
-      text = ', never touches where bodies are now'
+      text = ', never touches the bodies where they are at t = 0'
       if (any(survey%phase%name == 'press')) text = ', comes down by its FORCE'
       if (survey%touch < undefined) text = ', touches at t = '//str(survey%touch)//' s'
       call log_line('tool         '//trim(tool(k)%name)//text)

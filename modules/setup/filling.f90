@@ -34,7 +34,7 @@ contains
     if (.not. jac > 0.0_rp) then
       call input%report('BODY', i, 'DEFORMATION', 'must have a determinant above 0')
     else if (.not. all(measures >= 1.0_rp/max_volume_ratio .and. measures <= max_volume_ratio)) then
-      call input%report('BODY', i, 'DEFORMATION', 'is beyond all measure: its determinant, and '// &
+      call input%report('BODY', i, 'DEFORMATION', 'is implausible: its determinant, and '// &
                         'the squares of stretches at this volume, must be from '// &
                         str(1.0_rp/max_volume_ratio)//' to '//str(max_volume_ratio))
     end if

@@ -23,7 +23,7 @@ contains
     character(*), parameter :: graded = ' if GRADED = x or y or z or xy or xz or yz or xyz'
 
     call t%group('RUN', 'once', 'Names of the run.')
-    call t%key('TITLE', 'text', 1, '', '', '', 'one line about the run, kept in every output')
+    call t%key('TITLE', 'text', 1, '', '', '', 'title of the run, one line, written to all results')
     call t%key('NAME', 'text', 1, '', '', 'file name', &
       'stem of the output files; not given: stem of the input file')
 
@@ -33,35 +33,36 @@ contains
     call t%key('LOWER', 'real', 3, 'm', 'required', '', 'lower corner of the box')
     call t%key('UPPER', 'real', 3, 'm', 'required', '', 'upper corner of the box')
     call t%key('PERIODIC', 'text', 1, '', '', 'xyz', &
-      'axes along which the box repeats itself; its length there must be whole cells')
+      'periodic axes; the length of the box along them must be a whole number of cells')
     call t%key('GRADED', 'choice', 1, '', 'none', 'none x y z xy xz yz xyz', &
-      'axes along which only the cells between the places FINE have the edges of CELL; they '// &
-      'grow from there to both sides')
+      'axes with graded cells: between the two coordinates FINE their edge is that of CELL, '// &
+      'and from there it grows to both sides')
     call t%key('FINE', 'real', -6, 'm', 'required'//graded, '', &
-      'ends of the part with equal cells along each graded axis, in the order of the axes; '// &
-      'their distance must be whole cells')
+      'two coordinates along each graded axis between which cells are equal, in the order of '// &
+      'the axes; their distance must be a whole number of cells')
     call t%key('GROWTH', 'real', 1, '', '1.2'//graded, '[1,2]', &
-      'most that a cell is longer than its neighbour')
+      'largest ratio of the edges of two neighbouring cells along a graded axis')
     call t%key('LARGEST_CELL', 'real', 1, 'm', '0'//graded, '[0,inf)', &
-      'edge along a graded axis at which cells stop growing; 0: the longest edge in CELL')
+      'largest edge of cells along a graded axis; 0: the longest edge in CELL')
 
-    call t%group('TIME', 'once required', 'Time span, time step and loads on everything.')
+    call t%group('TIME', 'once required', 'Time span, time step, mass scaling and gravity.')
     call t%key('END', 'real', 1, 's', 'required', '[0,inf)', 'end of the run (it starts at 0)')
     call t%key('CFL', 'real', 1, '', '0', '[0,3]', &
-      'time step as a part of the time in which a wave crosses a cell; 0: as the method allows')
+      'time step over the time in which a pressure wave crosses a cell; 0: what the method allows')
     call t%key('DT', 'real', 1, 's', '0', '[0,inf)', 'fixed time step; 0: from CFL')
     call t%key('MASS_SCALING', 'real', 1, '', '1', '[1,1e12)', &
       'factor on the inertial mass, for larger time steps')
     call t%key('MASS_SCALING_RANGE', 'real', 2, '', '0 0', '[0,1e12)', &
-      'least and largest factor: between them it changes while running, so that the inertial '// &
-      'stress is INERTIAL_FRACTION; it starts with MASS_SCALING, or the least if that is not '// &
-      'given; 0 0: it is constant')
+      'smallest and largest mass scaling, between which the run adapts it so that the '// &
+      'inertial stress over the flow stress is INERTIAL_FRACTION; it starts with '// &
+      'MASS_SCALING, or with the smallest if that is not given; 0 0: constant mass scaling')
     call t%key('ELASTIC_SCALING', 'real', 1, '', '1', '[1,1000]', &
       'divisor of the elastic moduli of metal that can flow, for larger time steps; the flow '// &
-      'stress stays; springback is so many times too large, stress of thermal expansion too small')
+      'stress is unchanged; springback is too large by this factor, thermal stress too small '// &
+      'by it')
     call t%key('INERTIAL_FRACTION', 'real', 1, '', '0.05', '(0,1]', &
-      'inertial stress of mass scaling, chi rho v^2, over flow stress, and inertial part of '// &
-      'the loads of the tools, that are small enough')
+      'acceptable error of mass scaling: inertial stress (mass scaling times rho v^2) over '// &
+      'flow stress, and inertial part of the loads on the tools')
     call t%key('GRAVITY', 'real', 3, 'm/s2', '0 0 0', '', 'acceleration of gravity')
     call t%key('MAX_STEPS', 'integer', 1, '', '0', '[0,inf)', &
       'stop after so many steps; 0: no limit')
@@ -77,46 +78,49 @@ contains
 
     call t%group('METHOD', 'once', 'Numerical method.')
     call t%key('MECHANICS', 'logical', 1, '', '.true.', '', &
-      'false: heat alone, in bodies at rest, on a mesh of cells about as large as those of '// &
-      'the grid')
+      'false: heat conduction alone, in bodies at rest, on a mesh of cells about as large as '// &
+      'those of the grid')
     call t%key('SHAPE', 'choice', 1, '', 'auto', 'auto ugimp cpgimp bspline', &
-      'shape functions; auto: bspline with a &TOOL, else ugimp; domains of cpgimp follow the '// &
-      'strain')
+      'shape functions; auto: bspline with a &TOOL, else ugimp; the particle domains of '// &
+      'cpgimp follow the strain')
     call t%key('SCHEME', 'choice', 1, '', 'usl', 'usl musl usavg', &
-      'stress update: last, last from velocities mapped again, half first and half last')
+      'time of the stress update: usl: at the end of the step; musl: at its end, with '// &
+      'particle velocities mapped to the grid again; usavg: half at its beginning, half at '// &
+      'its end')
     call t%key('TRANSFER', 'choice', 1, '', 'flip', 'flip apic xpic fmpm', &
       'velocity transfer from grid to particles')
     call t%key('ORDER', 'integer', 1, '', '2 if TRANSFER = xpic or fmpm', '[1,20]', &
       'order of xpic and fmpm')
     call t%key('EVERY', 'integer', 1, 'steps', '1 if TRANSFER = xpic or fmpm', '[1,100000]', &
-      'with xpic and fmpm: number of steps from one filtered step to the next; FLIP between them')
+      'xpic or fmpm is applied once in so many steps, FLIP in the others')
     call t%key('PIC_FRACTION', 'real', 1, '', '0', '[0,1]', &
-      'part of the velocity taken from the grid: 0 is FLIP, 1 is PIC')
+      'fraction of PIC in the velocity update: 0 is FLIP, 1 is PIC')
     call t%key('FBAR', 'logical', 1, '', '', '', &
-      'average the volume ratio over the particles of a cell in every step, against volumetric '// &
-      'locking; not given: where metal flows, by a part that follows from its rate, and all of '// &
-      'it in bodies with a Poisson ratio above 0.42')
+      'F-bar: average the volume ratio over the particles of a cell in every step, against '// &
+      'volumetric locking; not given: fully in bodies with a Poisson ratio above 0.42, '// &
+      'elsewhere in part where metal flows, the more the faster it flows')
     call t%key('SELECTIVE_SCALING', 'choice', 1, '', 'auto', 'off auto on', &
-      'nodes with little mass have more inertia, which allows longer steps; auto: with '// &
-      'B-splines, cubic cells, two or more particles along each axis of one, MASS_SCALING, '// &
-      'a tool, a wall and nothing molten')
+      'more inertia of nodes with little mass, for longer steps; auto: on with B-splines, '// &
+      'cubic cells, at least two particles in a cell along each axis, MASS_SCALING, a tool, a '// &
+      'wall and no molten metal')
     call t%key('SORT_INTERVAL', 'integer', 1, 'steps', '100', '[1,1000]', &
-      'most steps from one listing of particles, nodes and ranks to the next')
+      'largest number of steps between two sorts of particles to cells and ranks')
     call t%key('DEBRIS', 'real', 1, '', '1e-3', '[0,1)', &
-      'part of all mass that may leave the grid, as long as it is slower than waves; more '// &
-      'ends the run, 0: the first particle does')
+      'fraction of the mass that may leave the grid, slower than pressure waves; the run ends '// &
+      'if more leaves, with 0 at the first particle')
     call t%key('REBALANCE', 'real', 1, '', '1.03', '[1,inf)', &
-      'most loaded rank over the mean load above which the grid is divided anew')
+      'largest load of a rank over the mean load, above which the grid is repartitioned')
     call t%key('SLEEPING', 'choice', 1, '', 'auto', 'off auto on', &
-      'material that is still stops its mechanics; auto: with MASS_SCALING, if the scene allows')
+      'material at rest is left out of the mechanics (it sleeps); auto: with MASS_SCALING, if '// &
+      'the scene allows it')
     call t%key('SLEEP_DISTANCE', 'real', 1, 'm', '0 if SLEEPING = auto or on', '[0,inf)', &
-      'material nearer than this to a tool, and within 3.5 cells, is awake; 0: half the radius '// &
-      'of the largest tool')
+      'material nearer to a tool than this, or than 3.5 cells, never sleeps; 0: half the '// &
+      'radius of the largest tool')
     call t%key('SLEEP_STRESS', 'real', 1, '', '1e-2 if SLEEPING = auto or on', '(0,1)', &
-      'change of stress over the largest mean stress of a cube of two cells above which '// &
-      'material is awake')
+      'material sleeps only if its change of stress is below this fraction of the largest '// &
+      'mean stress, in cubes of two cells')
     call t%key('SLEEP_HEAT', 'real', 1, 'K', '20 if SLEEPING = auto or on', '[1e-6,inf)', &
-      'change of temperature by which sleeping material wakes')
+      'change of temperature that wakes sleeping material')
 
     call t%may_change('METHOD', &
                       'SELECTIVE_SCALING SORT_INTERVAL DEBRIS REBALANCE SLEEPING '// &
@@ -133,24 +137,25 @@ contains
     call t%key('HISTORY_INTERVAL', 'real', 1, 's', '0', '[0,inf)', &
       'time between two rows of the histories; 0: 500 rows in the run')
     call t%key('CHECKPOINT_INTERVAL', 'real', 1, 's', '0', '[0,inf)', &
-      'time between two checkpoints; 0: none but at the end or a stop')
+      'time between two checkpoints; 0: only at the end of the run or when it is stopped')
     call t%key('PROGRESS_INTERVAL', 'real', 1, 's', '10', '[0,inf)', &
-      'wall-clock time between two lines of progress in a file; not given: from 10 s on ever '// &
-      'longer, a twentieth of the time so far; a terminal has one line, drawn every second')
+      'wall-clock time between two lines of progress in a log file; not given: a twentieth of '// &
+      'the time since the start, at least 10 s; a terminal shows one line, updated every second')
     call t%key('SAFETY_INTERVAL', 'real', 1, 's', '600', '[0,inf)', &
-      'wall-clock time between two checkpoints against a breakdown; 0: none')
+      'wall-clock time between two checkpoints that limit the loss by a crash; 0: none')
     call t%key('INITIAL_POSITION', 'logical', 1, '', '.false.', '', &
       'frames hold the position of each particle at t = 0')
 
-    call t%group('PROBE', 'repeat', 'A point of observation with a history of its own.')
+    call t%group('PROBE', 'repeat', &
+      'A point whose temperature and position are written to a history of its own.')
     call t%key('NAME', 'text', 1, '', 'required', 'name', 'name of the probe')
     call t%key('POSITION', 'real', 3, 'm', 'required', '', 'place of the probe at t = 0')
 
     call t%group('TRACER', 'repeat', &
-      'Material points that are followed: the particles nearest to places, in NAME_tracers.csv.')
+      'Particles whose paths are written to NAME_tracers.csv: those nearest to given positions.')
     call t%key('NAME', 'text', 1, '', 'required', 'name', 'name of the group of tracers')
     call t%key('KIND', 'choice', 1, '', 'point', 'point line box', &
-      'one place, a row of places or a lattice of them; of line and box those in metal count')
+      'one position, a line of positions or a lattice of them; in line and box only those in metal')
     call t%key('POSITION', 'real', 3, 'm', 'required if KIND = point', '', &
       'position at t = 0')
     call t%key('FROM', 'real', 3, 'm', 'required if KIND = line', '', 'one end of the line')
@@ -159,8 +164,8 @@ contains
     call t%key('UPPER', 'real', 3, 'm', 'required if KIND = box', '', &
       'upper corner; a layer is a flat box')
     call t%key('NUMBER', 'integer', -3, '', ' if KIND = line or box', '[1,100000]', &
-      'number of tracers on the line, with those at its ends, or along each axis of the box: '// &
-      'one number, or three')
+      'number of tracers on the line, ends included, or along each axis of the box: one '// &
+      'number, or three')
     call t%key('SPACING', 'real', 1, 'm', ' if KIND = line or box', '(0,inf)', &
       'distance between tracers, instead of NUMBER; they are centred on the line or in the box')
     call t%key('INTERVAL', 'real', 1, 's', '0', '[0,inf)', &
@@ -180,10 +185,10 @@ contains
     call t%key('NAME', 'text', 1, '', 'required', 'file name', 'name of the curve and of its file')
     call t%key('MATERIAL', 'text', 1, '', 'required', '&MATERIAL', 'NAME of the &MATERIAL')
     call t%key('KIND', 'choice', 1, '', 'strain', 'strain shear history', &
-      'strain: at given plastic strain rate; shear: simple shear through elasticity and '// &
-      'return; history: as FILE says')
+      'strain: flow stress at a given plastic strain rate; shear: simple shear by the '// &
+      'elastic-plastic stress update; history: as FILE says')
     call t%key('RATE', 'real', 1, '1/s', '1 if KIND = strain or shear', '(0,inf)', &
-      'plastic strain rate; shear: von Mises rate, the shear rate is sqrt(3) of it')
+      'plastic strain rate; shear: the shear rate is sqrt(3) times this')
     call t%key('STRAIN', 'real', 1, '', '1 if KIND = strain or shear', '(0,inf)', &
       'strain at the end')
     call t%key('TEMPERATURE', 'real', 1, 'K', '298', '(0,inf)', &

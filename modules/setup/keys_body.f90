@@ -17,24 +17,24 @@ contains
     call t%group('MATERIAL', 'repeat required', 'A material; bodies refer to its NAME.')
     call t%key('NAME', 'text', 1, '', 'required', 'name', 'name of the material')
     call t%key('FROM', 'text', 1, '', '', '', &
-      'entry of the library of materials (stirpoint --materials) whose values hold where this '// &
-      'group gives none; library: the entry of this NAME')
+      'entry of the library of materials (stirpoint --materials) for all keys that are not '// &
+      'given here; library: the entry with this NAME')
     call t%key('LIBRARY', 'text', 1, '', '', '', &
-      'file of the library, beside the input; not given: that of the program')
+      'file of the library, relative to the input file; not given: the library of the program')
     call t%key('DENSITY', 'real', 1, 'kg/m3', 'required', '(0,inf)', 'mass density')
     call t%key('YOUNGS_MODULUS', 'real', 1, 'Pa', 'required', '(0,inf)', 'elastic modulus')
-    call t%key('POISSON_RATIO', 'real', 1, '', 'required', '(-1,0.5)', &
-      'ratio of lateral contraction')
+    call t%key('POISSON_RATIO', 'real', 1, '', 'required', '(-1,0.5)', "Poisson's ratio")
     call t%key('ENERGY', 'choice', 1, '', 'decoupled', 'decoupled coupled', &
-      'elastic energy: volume and shape apart, or P = mu(F - F^-T) + lambda ln(J) F^-T')
+      'elastic energy: decoupled: volumetric and isochoric part; coupled: first '// &
+      'Piola-Kirchhoff stress P = mu(F - F^-T) + lambda ln(J) F^-T')
     call add_law_keys(t)
     call t%key('T_ROOM', 'real', 1, 'K', '298', '(0,10000]', &
-      'johnson-cook: temperature up to which it does not soften; EXPANSION: temperature '// &
-      'without strain')
+      'johnson-cook: temperature above which the metal softens; EXPANSION: temperature '// &
+      'without thermal strain')
     call t%key('T_MELT', 'real', 1, 'K', '', '(0,10000]', &
-      'temperature from which on no strength is left, with any LAW; required with '// &
-      'johnson-cook, where a law with strength is heated, and with a &SOURCE; metal above it '// &
-      'is reported')
+      'temperature above which metal has no strength, with any LAW; required with '// &
+      'johnson-cook, for a law with strength that is heated, and with a &SOURCE; metal above '// &
+      'it is reported')
     call t%key('SPECIFIC_HEAT', 'real', 1, 'J/(kg K)', '', '[1,1e6]', &
       'specific heat capacity; it or its table is required where something heats or conducts')
     call t%key('CONDUCTIVITY', 'real', 1, 'W/(m K)', '', '[0,1e6]', &
@@ -43,12 +43,13 @@ contains
       'pairs of temperature and SPECIFIC_HEAT, linear between them and constant beyond; it '// &
       'replaces the constant')
     call t%key('CONDUCTIVITY_TABLE', 'real', -64, '', '', '[0,inf)', &
-      'pairs of temperature and CONDUCTIVITY, likewise')
+      'pairs of temperature and CONDUCTIVITY, linear between them and constant beyond; it '// &
+      'replaces the constant')
     call t%key('YIELD_TABLE', 'real', -64, '', '', '[0,inf)', &
       'heat alone: pairs of temperature and yield stress [Pa], for stirring sources')
     call t%key('YIELD_LOGISTIC', 'real', -25, '', '', '', &
-      'heat alone: yield stress by pieces of five values: a, b, T0, n, T1 say '// &
-      'a + (b - a)/(1 + (T/T0)^n) up to T1, at most five pieces; 0 above the last')
+      'heat alone: yield stress [Pa] in up to five ranges of temperature, each with five '// &
+      'values a, b, T0, n, T1: a + (b - a)/(1 + (T/T0)^n) up to T1; 0 above the last T1')
     call t%key('EXPANSION', 'real', 1, '1/K', '0', '(-0.01,0.01)', &
       'coefficient of linear expansion')
     call t%key('PLASTIC_HEAT', 'real', 1, '', '0.9', '[0,1]', &
@@ -77,18 +78,19 @@ contains
     call t%key('VELOCITY_GRADIENT', 'real', 9, '1/s', '0 0 0 0 0 0 0 0 0', '', &
       'initial dv/dx row by row, added to VELOCITY: xx xy xz yx yy yz zx zy zz')
     call t%key('CENTRE', 'real', 3, 'm', '0 0 0', '', &
-      'the point that moves with VELOCITY when there is rotation or a gradient; RIGID: on its axis')
+      'point that moves with VELOCITY, with ANGULAR_VELOCITY or VELOCITY_GRADIENT; with RIGID '// &
+      'a point of the axis of rotation')
     call t%key('DEFORMATION', 'real', 9, '', '1 0 0 0 1 0 0 0 1', '', &
-      'initial elastic deformation gradient row by row; the shapes are the deformed ones')
+      'initial elastic deformation gradient row by row; &SHAPE gives the deformed shape')
     call t%key('RIGID', 'logical', 1, '', '.false.', '', &
-      'the particles move as a rigid body, by &MOTION groups whose TOOL is this NAME')
+      'the body is rigid and moves as the &MOTION groups with this NAME as TOOL say')
 
     call t%group('SHAPE', 'repeat required', &
-      'A piece of a body, added or cut away; the pieces of a body act in the order of the file.')
+      'A shape that is added to a body or cut out of it, in the order of the file.')
     call t%key('BODY', 'text', 1, '', 'required', '&BODY', 'NAME of the &BODY')
     call t%key('KIND', 'choice', 1, '', 'box', 'box cylinder sphere trapezoid stl', &
       'geometry; stl: the solid inside a closed surface from a file')
-    call t%key('OPERATION', 'choice', 1, '', 'add', 'add subtract', 'add material or cut it away')
+    call t%key('OPERATION', 'choice', 1, '', 'add', 'add subtract', 'add the shape or cut it out')
     call t%key('LOWER', 'real', 3, 'm', 'required if KIND = box or trapezoid', '', 'lower corner')
     call t%key('UPPER', 'real', 3, 'm', 'required if KIND = box or trapezoid', '', 'upper corner')
     call t%key('CENTRE', 'real', 3, 'm', 'required if KIND = cylinder or sphere', '', &
@@ -110,9 +112,9 @@ contains
     call t%key('FILE', 'text', 1, '', 'required if KIND = stl', '', &
       'STL file of a closed surface, text or binary, beside the input')
     call t%key('UNIT', 'choice', 1, '', 'required if KIND = stl', 'm cm mm um in', &
-      'length for which the number 1 in the file stands')
+      'unit of length of the file')
     call t%key('POSITION', 'real', 3, 'm', '0 0 0 if KIND = stl', '', &
-      'where the origin of the file lies')
+      'position of the origin of the file')
   end subroutine add_body
 
   !> Add the rows of &FIELD to the table.
@@ -120,9 +122,9 @@ contains
     type(key_table_t), intent(inout) :: t
 
     call t%group('FIELD', 'repeat', &
-      'A known motion or temperature of a body: its start, body force, and errors in '// &
-      'NAME_errors.csv; or noise in its velocities. Shapes and masses are those of the '// &
-      'undeformed body, X a place in it.')
+      'A known motion or temperature of a body, which gives its initial values, its body '// &
+      'force and the errors in NAME_errors.csv; or noise in its velocities. Shapes and masses '// &
+      'are those of the undeformed body, X is a position in it.')
     call t%key('BODY', 'text', 1, '', 'required', '&BODY', 'NAME of the &BODY')
     call t%key('KIND', 'choice', 1, '', 'required', &
       'waves vortex ring mode noise alternating heat-mode', &
@@ -136,7 +138,7 @@ contains
       '(0,inf)', 'L of each axis')
     call t%key('AXES', 'text', 1, '', &
       'x if KIND = waves or mode or heat-mode or noise or alternating', 'xyz', &
-      'axes that take part; components of the velocity with noise')
+      'axes of the waves; with noise the components of the velocity')
     call t%key('SHIFT', 'real', 3, 'rad', '0 0 0 if KIND = waves or mode or heat-mode', '', &
       'P of each axis')
     call t%key('FREQUENCY', 'real', 1, '1/s', '0 if KIND = waves or mode or vortex or ring', &

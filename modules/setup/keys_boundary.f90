@@ -27,7 +27,7 @@ contains
     call t%key('FRICTION', 'real', 1, '', '0 if KIND = sliding', '[0,inf)', &
       'Coulomb coefficient of friction on the wall')
     call t%key('TEMPERATURE', 'real', 1, 'K', '', '(0,inf)', &
-      'temperature of the wall; not given: it lets no heat through')
+      'temperature of the wall; not given: adiabatic')
 
     call add_clamp_keys(t)
 
@@ -43,11 +43,12 @@ contains
     call t%key('FACE', 'choice', 1, '', 'all', 'xmin xmax ymin ymax zmin zmax all', &
       'faces of the body, by the direction of their outward normal')
     call t%key('LOWER', 'real', 3, 'm', '', '', &
-      'only faces whose particles start above this corner; not given: no limit')
+      'lower corner of a box: only faces of particles that are initially inside; not given: '// &
+      'no limit')
     call t%key('UPPER', 'real', 3, 'm', '', '', &
-      'only faces whose particles start below this corner; not given: no limit')
-    call t%key('PRESSURE', 'real', 1, 'Pa', '0', '', 'normal to the face, positive inwards')
-    call t%key('VECTOR', 'real', 3, 'Pa', '0 0 0', '', 'force per initial area')
+      'upper corner of that box; not given: no limit')
+    call t%key('PRESSURE', 'real', 1, 'Pa', '0', '', 'pressure, positive into the body')
+    call t%key('VECTOR', 'real', 3, 'Pa', '0 0 0', '', 'traction vector, force per initial area')
     call t%key('RAMP', 'real', 1, 's', '0', '[0,inf)', &
       'time in which the traction rises linearly from 0')
 
@@ -60,11 +61,10 @@ contains
     call t%key('FRICTION', 'real', 1, '', '0.2 if LAW = coulomb', '[0,inf)', &
       'Coulomb coefficient of friction')
     call t%key('NORMAL', 'choice', 1, '', 'regression', 'gradient regression', &
-      'direction of the surface: from gradients of volume, or from a plane between the '// &
-      'particles; that of either body instead where it separates them better')
+      'contact normal: gradient: from gradients of volume; regression: of a plane between the '// &
+      'particles of both bodies; or that of one body where it separates them better')
     call t%key('CONDUCTANCE', 'real', 1, 'W/(m2 K)', '', '[0,inf)', &
-      'heat through the area of contact for each kelvin between the bodies; not given: they '// &
-      'conduct perfectly')
+      'thermal contact conductance; not given: perfect conduction')
     call t%key('CONDUCTANCE_TABLE', 'real', -64, '', '', '[0,inf)', &
       'instead of CONDUCTANCE, pairs of pressure [Pa] and conductance [W/(m2 K)]; linear '// &
       'between, constant outside')
@@ -104,9 +104,9 @@ contains
       'properties, and where there are more than 50000 cells of one material, else cg; beside '// &
       'mechanics cg or petsc')
     call t%key('TOLERANCE', 'real', 1, 'K', '2', '[1e-6,1e4]', &
-      'largest estimate of the error of a time step, of heat alone or implicit, in any cell or '// &
-      'node (at the rim of a moving source some hundred times that of the temperatures); '// &
-      'implicit: and what waiting heat may warm a node')
+      'largest estimated error of a time step, for heat alone or implicit steps, in any cell '// &
+      'or node (at the rim of a moving source some hundred times the error of the result); '// &
+      'implicit: also the largest warming of a node between two steps')
     call t%key('STEP', 'real', 1, 's', '0', '[0,inf)', 'fixed time step; 0: by TOLERANCE')
     call t%key('EVERY', 'integer', 1, '', '0', '[0,inf)', &
       'backward-euler beside mechanics: a step every so many mechanical ones; 0: by STEP or '// &
@@ -120,14 +120,14 @@ contains
     call t%group('SURFACE', 'repeat', 'Exchange of heat at the surface of a body.')
     call t%key('BODY', 'text', 1, '', 'required', '&BODY', 'NAME of the &BODY')
     call t%key('FACE', 'choice', 1, '', 'all', 'xmin xmax ymin ymax zmin zmax sides all', &
-      'faces of the body by the direction they look to; sides: the four along x and y')
+      'faces of the body, by the direction of their outward normal; sides: those along x and y')
     call add_pair_keys(t)
     call t%key('COEFFICIENT', 'real', 1, 'W/(m2 K)', 'if TABLE_OF = none', '[0,inf)', &
       'heat transfer coefficient; required unless BACKING = body, which without it has no '// &
       'resistance')
     call t%key('PRESSURE_FACTOR', 'real', 1, 'W/(m2 K)', '0 if TABLE_OF = none', '[0,inf)', &
-      'what a pressure p of the body on the face adds to COEFFICIENT: '// &
-      'PRESSURE_FACTOR (p/1 MPa)^PRESSURE_EXPONENT')
+      'term added to COEFFICIENT for a pressure p of the body on the face: PRESSURE_FACTOR '// &
+      '(p/1 MPa)^PRESSURE_EXPONENT')
     call t%key('PRESSURE_EXPONENT', 'real', 1, '', '0.95 if TABLE_OF = none', '(0,2]', &
       'exponent of the pressure; 0.95: plastic contact of rough surfaces')
     call t%key('TABLE_OF', 'choice', 1, '', 'none', 'none pressure', &
@@ -147,9 +147,9 @@ contains
     type(key_table_t), intent(inout) :: t
 
     call t%key('BACKING', 'choice', 1, '', 'none', 'none plate lumped body', &
-      'what is behind the film and gets hot, by itself and without particles: a plate, in '// &
-      'which heat goes straight away from the face, a body of one temperature, or more of the '// &
-      'metal of the body itself, without end')
+      'what the face is in contact with, modelled without particles: plate: heat conduction '// &
+      'normal to the face; lumped: a body of one temperature; body: the metal of the body '// &
+      'itself, continued to infinity')
     call t%key('BACKING_CONDUCTIVITY', 'real', 1, 'W/(m K)', 'required if BACKING = plate', &
       '(0,1e6]', 'thermal conductivity of the plate')
     call t%key('BACKING_DENSITY', 'real', 1, 'kg/m3', 'required if BACKING = plate', '(0,inf)', &
@@ -164,8 +164,9 @@ contains
       '(0,inf)', 'temperature of the backing at t = 0; not given: AMBIENT, with body '// &
       'that of the body')
     call t%key('BACKING_COOLING', 'real', 1, 'W/(m2 K)', '0 if BACKING = plate or lumped', &
-      '[0,inf)', 'film to AMBIENT at the far side of the plate, or of the body of one '// &
-      'temperature, over the area of the face')
+      '[0,inf)', &
+        'heat transfer coefficient to AMBIENT of the far side of the plate, or of the body of '// &
+        'one temperature, over the area of the face')
   end subroutine add_backing
 
 end module setup_keys_boundary

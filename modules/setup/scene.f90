@@ -271,7 +271,7 @@ contains
         call input%report('TIME', 1, 'MASS_SCALING_RANGE', 'must be two factors of at least 1, '// &
                           'the larger one last')
       else if (method%fixed_dt > 0.0_rp) then
-        call input%report('TIME', 1, 'MASS_SCALING_RANGE', 'is of no use with DT')
+        call input%report('TIME', 1, 'MASS_SCALING_RANGE', 'has no effect with DT')
       else if (input%count('FIELD') > 0) then
         call input%report('TIME', 1, 'MASS_SCALING_RANGE', 'is wrong with a &FIELD')
       else if (factor < range(1) .or. factor > range(2)) then

@@ -71,8 +71,8 @@ contains
     if (input%text('SURFACE', i, 'BACKING') == 'plate' .and. &
         input%real('SURFACE', i, 'BACKING_THICKNESS') <= 0.0_rp .and. &
         input%real('SURFACE', i, 'BACKING_COOLING') > 0.0_rp) then
-      call input%report('SURFACE', i, 'BACKING_COOLING', 'needs a BACKING_THICKNESS: a plate '// &
-                        'without end has no far side')
+      call input%report('SURFACE', i, 'BACKING_COOLING', 'needs a BACKING_THICKNESS: an '// &
+                        'infinite plate has no far side')
     end if
   end subroutine check_backing
 
@@ -232,7 +232,7 @@ contains
       end if
       length = input%real('TOOL', i, 'HEAT_LENGTH')
       if (length <= 0.0_rp .and. heat%cooling > 0.0_rp) then
-        call input%report('TOOL', i, 'COOLING', 'needs a HEAT_LENGTH: a rod without end is '// &
+        call input%report('TOOL', i, 'COOLING', 'needs a HEAT_LENGTH: an infinite rod is '// &
                           'cooled by itself')
       end if
       area = face_area(input, i, scene, tool)

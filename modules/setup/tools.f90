@@ -75,12 +75,12 @@ contains
       end do
       call read_motion(input, tool(k)%name, tool(k)%motion)
       if (any(tool(k)%motion%phase%is_force_controlled)) then
-        call input%report('BODY', b, 'RIGID', 'FORCE of &MOTION is for a &TOOL')
+        call input%report('BODY', b, 'RIGID', 'only a &TOOL can have a &MOTION with FORCE')
       end if
       if (any(tool(k)%motion%phase%path%leads_tilt)) call input%report('BODY', b, 'RIGID', &
-        'TILT_FOLLOWS of &MOTION is for a &TOOL')
+        'only a &TOOL can have a &MOTION with TILT_FOLLOWS')
       if (any(tool(k)%motion%phase%ends_early())) call input%report('BODY', b, 'RIGID', &
-        'UNTIL_FORCE, UNTIL_TORQUE and UNTIL_TEMPERATURE of &MOTION are for a &TOOL')
+        'only a &TOOL can have a &MOTION with UNTIL_FORCE, UNTIL_TORQUE or UNTIL_TEMPERATURE')
       call tool(k)%move_to(0.0_rp)
       do i = 1, size(unused)
         if (input%given('BODY', b, trim(unused(i)))) call input%report('BODY', b, trim(unused(i)), &

@@ -80,8 +80,8 @@ contains
                         gigabytes(share*bytes)//' of memory on each computer; '// &
                         gigabytes(share*bytes - lacking(1))//' are free')
     else if (points > max_lattice_points*world%size .and. scene%method%has_mechanics) then
-      call input%report('GRID', 1, 'CELL', 'makes '//str(points)//' places for particles; at '// &
-                        'most '//str(max_lattice_points)//' a rank can be looked at')
+      call input%report('GRID', 1, 'CELL', 'makes '//str(points)//' places of particles; at '// &
+                        'most '//str(max_lattice_points)//' a rank can be checked')
     end if
   end subroutine check_memory
 
@@ -270,7 +270,7 @@ contains
           else if (abs(filled - exact) > max_error*abs(exact)) then
             call input%warn('SHAPE', s, '', trim(merge('adds', 'cuts', exact > 0.0_rp))//' '// &
                             in_mm3(abs(filled))//' instead of '//in_mm3(abs(exact))//' ('// &
-                            deviation(filled, exact)//'), as the particles lie')
+                            deviation(filled, exact)//'), by the particle spacing')
           end if
         end associate
       end do
@@ -286,7 +286,7 @@ contains
     do b = 1, size(volumes)
       associate (v => volumes(b), body => scene%body(b))
         call log_line('volume       '//trim(body%name)//': '//in_mm3(sum(v%filled))//' for '// &
-                      in_mm3(sum(v%exact))//' asked ('// &
+                      in_mm3(sum(v%exact))//' required ('// &
                       deviation(sum(v%filled), sum(v%exact))//'), '// &
                       str(scene%material(body%material)%rho/body%start%jac*sum(v%filled))//' kg')
         do i = 1, merge(size(v%shape), 0, size(v%shape) > 1)

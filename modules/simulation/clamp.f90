@@ -45,7 +45,7 @@ contains
     call t%key('LOWER', 'real', 3, 'm', 'required', '', 'lower corner of the box')
     call t%key('UPPER', 'real', 3, 'm', 'required', '', 'upper corner of the box')
     call t%key('COMPONENTS', 'text', 1, '', 'xyz', 'xyz', &
-               'components of the velocity that are held')
+               'components of the velocity that are prescribed')
     call t%key('UNTIL', 'real', 1, 's', '', '(0,inf)', &
                'time at which the nodes are released; not given: never')
   end subroutine add_box_keys

@@ -172,7 +172,8 @@ contains
     character(*), intent(in) :: kind
 
     call t%key('TILT_DEG', 'real', 1, 'deg', '0 if KIND = '//kind, '[-10,10]', &
-               'the tool tips backwards against the travel direction +x: trailing edge deeper')
+               'tilt of the tool backwards, against the direction of travel +x: its trailing '// &
+               'edge is deeper')
   end subroutine add_tilt
 
   !> Axes of a tilted tool: rotated about y such that the trailing edge (-x) is lower.

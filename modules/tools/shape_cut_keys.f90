@@ -30,9 +30,9 @@ contains
     call t%key('THREAD_DEPTH', 'real', 1, 'm', '0 if KIND = shoulder', '[0,inf)', &
                'depth of the grooves of a thread on the pin; 0: no thread')
     call t%key('THREAD_PITCH', 'real', 1, 'm', '0 if KIND = shoulder', '[0,inf)', &
-               'distance of the grooves along the pin')
+               'pitch of the thread along the pin')
     call t%key('THREAD_STARTS', 'integer', 1, '', '1 if KIND = shoulder', '[1,12]', &
-               'grooves of the thread side by side')
+               'number of starts of the thread')
     call t%key('THREAD_HAND', 'choice', 1, '', 'left if KIND = shoulder', 'left right', &
                'hand of the thread: turning clockwise seen from above (SPIN_RPM above 0), left '// &
                'carries metal down to the tip, right up')
@@ -48,7 +48,7 @@ contains
     call t%key('SCROLL_PITCH', 'real', 1, 'm', '0 if KIND = shoulder', '[0,inf)', &
                'distance of the grooves along the radius')
     call t%key('SCROLL_ARMS', 'integer', 1, '', '1 if KIND = shoulder', '[1,36]', &
-               'spiral grooves side by side')
+               'number of spiral grooves')
     call t%key('SCROLL_SENSE', 'choice', 1, '', 'inward if KIND = shoulder', 'inward outward', &
                'where the scroll carries metal when the tool turns clockwise seen from above')
     call t%key('SCROLL_PROFILE', 'choice', 1, '', 'square if KIND = shoulder', profile_names, &
@@ -113,7 +113,8 @@ contains
     if (cut%pin_radius <= 0.0_rp) then
       if (cut%thread%depth > 0.0_rp) call input%report('TOOL', i, 'THREAD_DEPTH', &
         'makes no thread without PIN_RADIUS')
-      if (cut%n_flats > 0) call input%report('TOOL', i, 'FLATS', 'are none without PIN_RADIUS')
+      if (cut%n_flats > 0) call input%report('TOOL', i, 'FLATS', &
+                                             'have no effect without PIN_RADIUS')
     else
       min_radius = min(cut%pin_radius, cut%tip_radius)
       if (cut%thread%depth >= min_radius) call input%report('TOOL', i, 'THREAD_DEPTH', &
@@ -159,8 +160,8 @@ contains
       if (input%real('TOOL', i, name//'_DEPTH') <= 0.0_rp) return
       pitch = input%real('TOOL', i, name//'_PITCH')
       if (pitch >= min_cells*edge*(1.0_rp - 1.0e-9_rp)) return
-      call input%warn('TOOL', i, name//'_PITCH', 'is '//str(pitch/edge)//' cells: they cannot '// &
-                      'see grooves less than two cells apart')
+      call input%warn('TOOL', i, name//'_PITCH', 'is '//str(pitch/edge)//' cells: grooves less '// &
+                      'than two cells apart cannot be resolved')
     end subroutine check
   end subroutine check_cuts
 

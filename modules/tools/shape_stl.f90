@@ -29,13 +29,13 @@ contains
     call t%key('FILE', 'text', 1, '', 'required if KIND = stl', '', &
                'STL file of a closed surface, text or binary, beside the input')
     call t%key('UNIT', 'choice', 1, '', 'required if KIND = stl', 'm cm mm um in', &
-               'length for which the number 1 in the file stands')
+               'unit of length of the file')
     call t%key('ORIGIN', 'real', 3, 'm', '0 0 0 if KIND = stl', '', &
-               'place of the model that comes to POSITION, where its axis of rotation is')
+               'point of the model that is placed at POSITION, on the axis of rotation')
     call t%key('AXIS', 'real', 3, '', '0 0 1 if KIND = stl', '', &
-               'direction of the model that points up along the axis of the tool')
+               'direction in the model that becomes the upward axis of the tool')
     call t%key('TURN_DEG', 'real', 1, 'deg', '0 if KIND = stl', '[-360,360]', &
-               'turns the model about that axis, counterclockwise seen from above')
+               'rotation of the model about that axis, counterclockwise seen from above')
     call add_tilt(t, 'stl')
   end subroutine add_keys
 

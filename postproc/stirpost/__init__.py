@@ -25,7 +25,7 @@ __all__ = ["Frame", "Run", "Scene", "Table"]
 
 
 def __getattr__(name: str):
-    """Imported when they are asked for: the command shall name what a Python lacks."""
+    """Imported on first use, so that the command can name a missing package."""
     if name not in __all__:
         raise AttributeError(f"module {__name__} has no attribute {name}")
     return getattr(import_module({"Frame": ".io.frames", "Table": ".io.table"}.get(name, ".run"), __name__), name)

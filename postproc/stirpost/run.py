@@ -47,9 +47,8 @@ class Scene(scene.Scene):
 
 
 class Run:
-    """All there is in a run directory: `frames` in the order of time, `history` and `probes` (None without them), `scene`,
-    which is the input as it was run, `summary`. What cannot be read of it is left out, and is a line in `faults` and on
-    standard error."""
+    """The contents of a run directory: `frames` in the order of time, `history` and `probes` (None without them), `scene`,
+    which is the input as it was run, `summary`. What cannot be read is left out, with a line in `faults` and on standard error."""
 
     def __init__(self, directory: Path | str):
         self.directory = Path(directory)
@@ -76,7 +75,7 @@ class Run:
         self.cell = float(np.max(self.frames[0].attribute("cell"))) if self.frames else np.nan
 
     def warn(self, text: str) -> None:
-        """Say once that something is left out, and keep it for the page."""
+        """Print once that something is left out, and store the message for the page."""
         if text not in self.faults:
             self.faults.append(text)
             print(f"warning: {text}", file=sys.stderr)
@@ -90,7 +89,7 @@ class Run:
             return None
 
     def drop_damaged(self, names: list[str]) -> None:
-        """Leave out the frames whose places, or fields of these names, cannot be read."""
+        """Leave out the frames whose positions, or fields of these names, cannot be read."""
         def sound(frame: Frame) -> bool:
             for name in names:
                 frame.field(name)
@@ -112,7 +111,7 @@ class Run:
         return None if mesh is None else mesh.to_pyvista()
 
     def tool_mesh(self, frame: Frame) -> Mesh | None:
-        """The same as a mesh of arrays."""
+        """The surfaces of the tools as a mesh of arrays."""
         found = FRAME_NAME.match(frame.path.name)
         path = frame.path.with_name(f"{found['name']}_tools_{found['number']}.hdf") if found else None
         return self.attempt("a tool", tool_surface, path) if path is not None and path.is_file() else None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The package is used from its folder, without being installed."""
+"""The package is imported from its folder, without installation."""
 
 import sys
 from pathlib import Path

@@ -92,7 +92,7 @@ def write_series(directory: Path, name: str, times: list[float]) -> None:
 
 
 def write_summary(directory: Path, **more) -> None:
-    """What a run says of itself when it ends."""
+    """The summary that a run writes at its end."""
     name = directory.name[: -len(".out")]
     (directory / f"{name}_summary.json").write_text(json.dumps({"steps": 3000} | more))
 

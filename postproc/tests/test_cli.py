@@ -28,7 +28,7 @@ def test_help_names_all_commands_without_the_large_packages():
 
 @pytest.mark.parametrize("words", [[name] for name, _, _ in cli.COMMANDS] + [["calibrate", name] for name, _, _ in calibrate.COMMANDS])
 def test_help_of_a_command_loads_no_large_package(words):
-    """Beside numpy: what draws and what fits is loaded when something is drawn or fitted."""
+    """Only numpy is loaded; packages for pictures and fits are loaded when they are used."""
     code = f"import sys\nfrom stirpost import cli\ntry: cli.main({[*words, '--help']!r})\nexcept SystemExit: pass\nprint(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
     assert "usage: stirpost" in done.stdout

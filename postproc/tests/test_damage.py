@@ -291,7 +291,7 @@ def test_a_full_disk(workshop, capsys, monkeypatch, name):
 
 @pytest.mark.parametrize("name", [name for name, words in COMMANDS.items() if "{run}" in words])
 def test_a_run_that_has_just_begun(workshop, capsys, name):
-    """Headings, no rows and no frames."""
+    """Histories with headings and no rows, and no frames."""
     for path in (workshop / "plate.out").iterdir():
         if path.suffix == ".csv":
             heading_alone(path, None)

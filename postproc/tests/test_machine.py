@@ -90,7 +90,7 @@ def test_bad_rows_are_named_and_left_out(run, tmp_path, capsys):
 
 REFUSED = {
     "no such column": ("time[s],torque[Nm]\n0,1\n1,2\n", "--column torque=M", r"log.csv:1: no column 'M'; there are: time\[s\], torque"),
-    "nothing to compare": ("time[s],M[Nm]\n0,1\n1,2\n", "", "nothing of the log can be compared"),
+    "nothing to compare": ("time[s],M[Nm]\n0,1\n1,2\n", "", "no column of the log can be compared"),
     "another time": ("time[s],torque[Nm]\n100,1\n101,2\n", "", "has 0 readings between 0 and 12 s"),
     "another unit": ("time[s],torque[N]\n1,1\n2,2\n", "", "is in N, pin_torque of the run in Nm"),
     "no unit of time": ("time,torque[Nm]\n1,1\n2,2\n", "", r"log.csv:1: the first column is 'time': expected time\[s\]"),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Flash, debris and groove of shapes whose measures are known."""
+"""Flash, debris and groove of shapes with known dimensions."""
 
 import numpy as np
 import pytest

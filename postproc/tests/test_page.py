@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The page as a reader has it: opened and clicked in a browser, wide and narrow. Screenshots go to STIRPOST_SHOTS."""
+"""The page in a browser, wide and narrow, with clicks on its controls. Screenshots go to STIRPOST_SHOTS."""
 
 import os
 import re

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Folders of the package use only those below them, and no module uses one that uses it."""
+"""Folders of the package import only lower ones, and there are no import cycles."""
 
 import ast
 from pathlib import Path

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Numbers that a calibration is to meet are those of stirpost flow and of the table of a study; limits of keys are as told."""
+"""Targets of calibrations have the values of stirpost flow and of the table of a study; limits of keys are those printed."""
 
 import re
 from pathlib import Path

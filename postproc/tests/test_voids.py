@@ -122,7 +122,7 @@ def test_what_is_resolved(tmp_path, kind):
 
 
 def test_everywhere_the_same(tmp_path, capsys):
-    """The check, the sentence on torque, the columns of studies, targets, flow and the page say the same."""
+    """The verdict on voids is the same in the checks of a run, the columns of studies, the targets of calibrations, `stirpost flow` and the page."""
     run = weld(tmp_path, cylinder(MIDDLE + 2 * H, 6e-3, 2 * H))
     track = voids.of_run(run)
     (check,) = [c for c in run.checks() if c.name == "weld"]

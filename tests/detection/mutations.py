@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""What the tests catch: flipped signs, off-by-ones and dropped factors at places drawn over all libraries of modules/.
+"""Which faults the tests detect: flipped signs, off-by-ones and dropped factors at places drawn over all libraries of modules/.
 
     build/venv/bin/python tests/detection/mutations.py SCRATCH [--number 25] [--seed 1] [--only LIBRARY...] [--units]
     build/venv/bin/python tests/detection/mutations.py SCRATCH --table
@@ -116,7 +116,7 @@ class Copy:
         return "", ""
 
     def outcome(self, path, line, text, units_alone):
-        """What became of a mutation, or None where it does not compile."""
+        """Result of the tests of a mutation, or None if it does not compile."""
         assert self.builds(), f"the sources of before do not build: {self.scratch}/build.log"
         since = time.time()
         file = self.source / path

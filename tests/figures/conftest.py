@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Where the tests find the command and what it uses."""
+"""Import paths of the tests."""
 
 import pathlib
 import sys

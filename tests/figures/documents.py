@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Numbers of the documents: which there are, and which a statement, a table or a definition covers."""
+"""Numbers in the documents, and which of them a statement, a table or a definition covers."""
 
 import dataclasses
 import math
@@ -39,7 +39,7 @@ SILENT = re.compile(TABLES +
 
 @dataclasses.dataclass(frozen=True)
 class Found:
-    """A number of a document: its text, where it begins and ends."""
+    """A number in a document: its text and position."""
 
     text: str
     begin: int
@@ -96,7 +96,7 @@ def span(text, words):
 
 
 def figures(text):
-    """All that reads like a figure, number by number."""
+    """All numbers that are figures, one by one."""
     for match in FIGURE.finditer(silenced(text)):
         for number in re.finditer(NUMBER, match.group()):
             yield Found(number.group(), match.start() + number.start(), match.start() + number.end())

@@ -110,7 +110,7 @@ DEFINITIONS = (
     ("docs/accuracy.md", "TIME.CFL = 0.4)", KEY),
     ("docs/accuracy.md", "pressed 0.05 mm into a clamped copper plate in 2 ms. Force and torque are means from 0.5 to 1.9 ms, heat is "
      "that after 1.9 ms. The grid is shifted by (0.13, 0.29, 0.41) cells", KEY),
-    ("docs/restart.md", "more than 10 % of the energy turned over (`audit_error`; above 1 % a", KEY),
+    ("docs/restart.md", "more than 10 % of the energy exchanged (`audit_error`; above 1 % a", KEY),
     ("docs/restart.md", "hotter than 1.15 times its T_MELT", KEY),
     ("docs/heat.md", "100 x 40 x 12 mm, 970 rpm, 1.8 mm/s, 700 W/(m2 K) below", KEY),
     ("docs/heat.md", "the cavity of 1290 mm3", KEY),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The documents say what was measured, and the quick measurements still give it."""
+"""The numbers in the documents are those recorded, and quick measurements reproduce the record."""
 
 import dataclasses
 
@@ -24,7 +24,7 @@ def test_quick_measurements(measure):
 
 
 def test_another_value_is_named_with_its_document():
-    """A figure that no longer holds is said with what is documented and what is measured."""
+    """A number that is no longer reproduced is reported with its documented and its measured value."""
     measure = dataclasses.replace(measures.ALL["rotation"], own=None)
     fresh = dict(RECORD["rotation"], **{"flip ugimp": 0.4})
     complaints = figures.compare(measure, fresh, RECORD)

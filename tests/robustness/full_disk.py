@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""Disks that are full at a random byte of a random file: exit status 4, a message that names file and reason, an end at
-the lost row, and the checkpoint before it whole, from which the run goes on once there is room.
+"""Disks that become full at a random byte of a random file: exit status 4, a message with file and reason, complete rows up
+to the one that is lost, and an intact earlier checkpoint, from which the run can be resumed when there is space.
 
     build/venv/bin/python tests/robustness/full_disk.py [--disks 30] [--seed 1]
 
-A small library loaded before the program (small_disk.c, built with cc) plays the disk, for any user.
+A small library that is preloaded (small_disk.c, built with cc) simulates the disk, without rights of root.
 """
 
 import argparse

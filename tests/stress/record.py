@@ -45,7 +45,7 @@ def note(path, row, label, ranks, seconds, checks, problem):
 
 
 def figure(value):
-    """Four digits, and what is no number as text: JSON has no such."""
+    """Four digits; infinities and NaN as text, which JSON does not have."""
     return float(f"{value:.4g}") if math.isfinite(value) else str(float(value))
 
 

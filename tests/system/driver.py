@@ -166,7 +166,7 @@ class Started:
         return sorted(children) or [self.process.pid]
 
     def send(self, number, to_rank=None):
-        """Send a signal to what was started (mpirun hands SIGUSR1 on), or to one rank."""
+        """Send a signal to what was started (mpirun forwards SIGUSR1), or to one rank."""
         os.kill(self.process.pid if to_rank is None else self.ranks()[to_rank], number)
 
     def wait(self, timeout=60):

@@ -14,7 +14,7 @@ import architecture  # noqa: E402
 
 @pytest.fixture(name="tree")
 def fixture_tree(tmp_path):
-    """A copy of what the architecture is read from."""
+    """A copy of the files from which the architecture is derived."""
     for folder in ("modules", "docs", "src", "benchmarks", "tests/unit", "tests/parallel"):
         shutil.copytree(driver.ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("pictures", "inputs"))
     for file in ("CMakeLists.txt", "tests/CMakeLists.txt", "tests/check.f90"):
@@ -113,7 +113,7 @@ SPOILED = {
 
 @pytest.mark.parametrize("several", SPOILED)
 def test_rule(tree, several):
-    """Each of several faults of one tree is named."""
+    """Each of several violations in a source tree is reported."""
     for spoil, _ in SPOILED[several]:
         spoil(tree)
     found = architecture.problems(tree)
@@ -140,7 +140,7 @@ end module step_one
 
 
 def test_metrics(tmp_path, capsys):
-    """A source of known measures: two procedures with the same five statements."""
+    """A source with known metrics: two procedures with the same five statements."""
     (tmp_path / "modules/step").mkdir(parents=True)
     (tmp_path / "modules/step/one.f90").write_text(MODULE, encoding="utf-8")
     (tmp_path / "CMakeLists.txt").write_text("add_layer(step\n  SOURCES one)\n", encoding="utf-8")

@@ -77,7 +77,7 @@ def test_every_input_passes(checked, path):
         assert label in report, label
     particles = number(report["particles"][0])
     assert particles == sum(number(line.split(": ")[1]) for line in report["body"])
-    memory = re.match(r"([0-9.e+-]+) MB .*, ([0-9]+) bytes per particle, ([0-9]+) of them its own", report["memory"][0])
+    memory = re.match(r"([0-9.e+-]+) MB .*, ([0-9]+) bytes per particle, ([0-9]+) of them for its fields", report["memory"][0])
     assert float(memory[1]) * 1e6 / particles == pytest.approx(float(memory[2]), abs=1.0)
     if path.parent.name == "input":
         assert int(memory[3]) == 8 * numbers_of_a_particle(path.read_text())

@@ -196,7 +196,7 @@ def test_check_says_the_cells(run):
     sets = {"SHAPE.LOWER": "0,0,1.3e-3", "SHAPE.UPPER": "48e-3,40e-3,11.77e-3"}
     done = run("stir", "--check=scene", sets=stirred() | sets)
     assert re.search(r"cells of 4 x 4 x 1 to 4 along z mm", done.out), done.out
-    assert re.search(r"20102.4 mm3 for 20102.4 mm3 asked \([+-]0.00 %\)", done.out), done.out
+    assert re.search(r"20102.4 mm3 for 20102.4 mm3 required \([+-]0.00 %\)", done.out), done.out
 
 
 WRONG = [

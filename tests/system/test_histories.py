@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Histories across stops: no row twice, none missing in silence, and the same digits as in one go."""
+"""Histories of stopped and continued runs: no row twice, none missing without a warning, and the same digits as in one run."""
 
 import signal
 

@@ -52,7 +52,7 @@ def furnished(tmp_path):
 
 
 def local(place, *words, state="installed", ordinary=False):
-    """Run local.sh; with `ordinary` as a user without rights."""
+    """Run local.sh; with `ordinary` as a user who is not root."""
     before = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"] if ordinary and os.geteuid() == 0 else []
     there = place.parent / "a run place"
     there.mkdir(exist_ok=True)

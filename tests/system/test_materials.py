@@ -134,8 +134,8 @@ MISTAKES = {
                                r"has no NORTON_N"),
     "a mirrored body": ("0.8, 0", "-0.8, 0", r"DEFORMATION .*determinant above 0"),
     "a flat body": ("0.8, 0", "0, 0", r"DEFORMATION .*determinant above 0"),
-    "a stretch beyond all measure": ("0.8, 0", "1e30, 0", r"DEFORMATION .*beyond all measure.* from 1e-6 to 1e6"),
-    "a shear beyond all measure": ("0.8, 0", "0.8, 1e4", r"DEFORMATION .*beyond all measure.* from 1e-6 to 1e6"),
+    "an implausible stretch": ("0.8, 0", "1e30, 0", r"DEFORMATION .*implausible.* from 1e-6 to 1e6"),
+    "an implausible shear": ("0.8, 0", "0.8, 1e4", r"DEFORMATION .*implausible.* from 1e-6 to 1e6"),
     "half a gradient": ("0, 0, 0, 1.1", "0", r"DEFORMATION .*9 real numbers.*found 6"),
 }
 

@@ -49,7 +49,7 @@ def test_any_field(tmp_path, saved, field):
 
 
 def test_no_step_can_follow(tmp_path, saved):
-    """Exact: a stress beyond all measure: status 3 by the next row, with the particle."""
+    """Exact: an implausible stress: status 3 by the next row, with the particle."""
     path = tmp_path / "spoilt.h5"
     path.write_bytes(saved.read_bytes())
     spoil(path, "tau", 9e29)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Everything that has its place on a face, against everything that changes faces: a block whose state varies along z alone
+"""Every boundary condition on a face, combined with every grid that changes faces (periodic, symmetric, on ranks, graded): a block whose state varies along z alone
 is the same on a periodic grid, as the half of itself at a sliding wall, on three ranks and in other cells along z."""
 
 import driver

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""--check looks at the process: depth, ways and clearances of each phase, and what cannot be meant."""
+"""--check of the process: depth, path and clearances of each phase, and settings that make no sense."""
 
 import math
 import re
@@ -93,7 +93,7 @@ def test_table_of_phases(outcome):
 def test_table_without_contact(outcome):
     """Exact: a tool that stays 3 mm above the plate has a depth below 0 and says so."""
     done = outcome["never touches"]
-    assert "never touches where bodies are now" in done.out
+    assert "never touches the bodies where they are at t = 0" in done.out
     assert table(done)["plunge"][5] == pytest.approx(-(15 - 10 * SIN - 1.155 - 12), abs=2e-3)
 
 
@@ -104,16 +104,16 @@ def test_volumes(outcome, run):
     print(out)
     filled, asked = map(float, re.search(r"&SHAPE 2: (\S+) mm3 for (\S+) mm3", out).groups())
     assert asked == pytest.approx(-1290, rel=1e-4) and filled % 8 == pytest.approx(0)
-    body = re.search(r"volume +plate: (\S+) mm3 for (\S+) mm3 asked \((\S+) %\), (\S+) kg", out)
+    body = re.search(r"volume +plate: (\S+) mm3 for (\S+) mm3 required \((\S+) %\), (\S+) kg", out)
     particles = int(re.search(r"plate: (\d+) particles", out)[1])
     assert float(body[1]) == pytest.approx(8 * particles) and float(body[2]) == pytest.approx(46710, rel=1e-5)
     assert float(body[4]) == pytest.approx(8 * particles * 8960e-9, rel=1e-5)
     percent = 100 * (filled / asked - 1)
     assert abs(percent) > 2 and re.search(rf"warning: &SHAPE cuts .*\(\{percent:+.2f} %\)", out)
     discs = run("discs", "--check=scene").out
-    assert float(re.search(r"left: \S+ mm3 for (\S+) mm3 asked", discs)[1]) == pytest.approx(math.pi * 200**2 * 50, rel=1e-3)
+    assert float(re.search(r"left: \S+ mm3 for (\S+) mm3 required", discs)[1]) == pytest.approx(math.pi * 200**2 * 50, rel=1e-3)
     ring = run("annulus", "--check=scene").out      # its hole is cut by a cylinder of 1 m, its particles lie on rings
-    filled, asked = map(float, re.search(r"ring: (\S+) mm3 for (\S+) mm3 asked", ring).groups())
+    filled, asked = map(float, re.search(r"ring: (\S+) mm3 for (\S+) mm3 required", ring).groups())
     assert asked == pytest.approx(math.pi * (13**2 - 3**2) * 2, rel=1e-3) and filled == pytest.approx(asked, rel=1e-3)
     assert "warning" not in ring
 

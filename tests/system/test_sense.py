@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What can be built but cannot be meant: `file:line: error` before the run, or a warning at its start."""
+"""Valid input that makes no sense: `file:line: error` before the run, or a warning at its start."""
 
 import re
 

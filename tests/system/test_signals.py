@@ -100,7 +100,7 @@ def test_check_ends_at_once(tmp_path):
 @pytest.mark.parametrize("number, status", [
     (signal.SIGUSR1, driver.BY_SIGNAL), (signal.SIGTERM, 1), (signal.SIGINT, 1), (signal.SIGHUP, 1), (signal.SIGUSR2, 140)])
 def test_to_mpirun(tmp_path, number, status):
-    """Open MPI's mpirun hands SIGUSR1 on, and the job ends with status 75; SIGTERM, SIGINT and SIGHUP make it send SIGTERM
+    """Open MPI's mpirun forwards SIGUSR1, and the job ends with status 75; SIGTERM, SIGINT and SIGHUP make it send SIGTERM
     to the ranks, which have a second (odls_base_sigkill_timeout) for their checkpoint, and end with its own status;
     SIGUSR2, handed on too, kills the ranks."""
     one = driver.Started("stir", "--quiet", directory=tmp_path, ranks=2,

@@ -206,7 +206,7 @@ PIN = f"{BOX}, PIN_RADIUS = 2e-3, PIN_LENGTH = 2e-3"
 WRONG = {
     "no pitch": (f"{PIN}, THREAD_DEPTH = 1e-4", "&TOOL THREAD_DEPTH = 1e-4: needs THREAD_PITCH"),
     "no depth": (f"{PIN}, THREAD_HAND = 'left'", "&TOOL THREAD_HAND = 'left': has no effect without THREAD_DEPTH"),
-    "no pin": (f"{BOX}, FLATS = 3, FLAT_DEPTH = 1e-4", "&TOOL FLATS = 3: are none without PIN_RADIUS"),
+    "no pin": (f"{BOX}, FLATS = 3, FLAT_DEPTH = 1e-4", "&TOOL FLATS = 3: have no effect without PIN_RADIUS"),
     "deep": (f"{PIN}, THREAD_DEPTH = 2e-3, THREAD_PITCH = 2e-3", "must be below the least radius of the pin, 2 mm"),
     "high": (f"{BOX}, SCROLL_DEPTH = 5e-3, SCROLL_PITCH = 2e-3", "&TOOL SCROLL_DEPTH = 5e-3: must be below HEIGHT"),
     "no file": ("KIND = 'stl', FILE = 'none.stl', UNIT = 'mm', POSITION = 0, 0, 8e-3", "none.stl cannot be read"),

@@ -195,7 +195,7 @@ def test_places_of_a_layer_and_shared_particles(run, tmp_path):
     path = with_tracers(tmp_path, "debris", more)
     done = run(path, "--check=scene")
     line = next(x for x in done.out.splitlines() if x.startswith("tracers"))
-    assert re.search(r"deck 4, dense 8 \(72 places more share their particles\), high 5$", line), line
+    assert re.search(r"deck 4, dense 8 \(72 more positions have the same nearest particles\), high 5$", line), line
     found = tracks(run(path, "--quiet", sets={"TIME.MAX_STEPS": 1}).results("debris"))
     deck = sorted(tuple(np.round(x[0, :3] * 1e3, 2)) for who, _, x in found.values() if who[0] == "deck")
     assert np.all(np.abs(np.array(deck) - [[1, 1, 3], [1, 3, 3], [3, 1, 3], [3, 3, 3]]) < 0.26)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Where the tests find the problems and the driver."""
+"""Import paths of the tests: problems and driver."""
 
 import pathlib
 import sys

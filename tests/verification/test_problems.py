@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""The quick part of the verification problems: coarse, each against its exact answer. What is exact and
-what the error is, the problem and its input say; the full resolutions run by verify.py."""
+"""The verification problems at a coarse resolution, each against its exact solution, which the problem defines together with
+the norm of the error; verify.py runs the full resolutions."""
 
 import math
 
@@ -20,7 +20,7 @@ def test_problem(problem, n, tmp_path):
 
 
 def test_every_input_has_a_problem():
-    """An input that no problem runs would rot."""
+    """No input is left that no problem runs."""
     from problems.base import INPUTS
 
     used = {problem.input or problem.name for problem in problems.ALL.values()}

@@ -19,7 +19,7 @@ PACKING = 5.0, 15.0    # excess of the fill of the room [%]; a slot of a tenth o
 AUDIT = 1.0, 5.0  # error of the energy balance, and of conduction: above the first amber, above the second red [%]
 INERTIA = 5.0  # inertial over flow stress, unless the input says another INERTIAL_FRACTION [%]; red above four times that
 MELT = 1.0  # of the metal at once: above it is red [%]
-SLEEP = 0.1, 1.0  # energy that sleeping metal takes, of that turned over [%]
+SLEEP = 0.1, 1.0  # energy lost in sleeping metal, of the energy exchanged [%]
 CELLS = 5.0, 3.0  # over the radius of the tool: below the first amber, below the second red
 
 
@@ -35,18 +35,18 @@ class Check:
 
 
 def checks(run: Run) -> list[Check]:
-    """All that can be told of this run."""
+    """All checks for which the run has data."""
     found = (run.attempt(f"the check {check.__name__}", check, run) for check in (weld, ended, audit, packing, inertia, loads, melting, cells, sleep))
     return [check for check in found if check is not None]
 
 
 def alarms(run: Run) -> list[str]:
-    """Sentences on what is not as it should be; none if all is well."""
+    """Messages of the checks that are not met; empty if all are met."""
     return [check.text for check in checks(run) if check.text] + run.faults
 
 
 def verdict(found: list[Check]) -> tuple[str, str]:
-    """The worst level, and in words what it is for."""
+    """The worst level, and the checks that have it."""
     for level, words in ((RED, "The figures are not to be trusted"), (AMBER, "Use the figures with care")):
         names = [check.name for check in found if check.level == level]
         if names:
@@ -93,7 +93,7 @@ def audit(run: Run) -> Check | None:
     if (energy or 0.0) > AUDIT[0]:
         text.append(f"The energy balance is off by up to {energy:.3g} %.")
     if (conduction or 0.0) > AUDIT[0]:
-        text.append(f"Conduction loses or gains up to {conduction:.3g} % of the heat turned over.")
+        text.append(f"Conduction loses or gains up to {conduction:.3g} % of the heat exchanged.")
     worst = max(energy or 0.0, conduction or 0.0)
     return Check("energy audit", f"{worst:.2g} %", level_of(worst, *AUDIT), ("Over time", "All figures"), " ".join(text))
 
@@ -125,13 +125,13 @@ def inertia(run: Run) -> Check | None:
 
 
 def largest_load(run: Run, parts: tuple[str, ...]) -> float:
-    """Of all tools together, over the rows."""
+    """The largest load on all tools together, over the rows of the history."""
     names = [column.name.removesuffix("_torque") for column in run.history.columns if column.name.endswith("_torque")]
     return float(np.nanmax(sum((np.sqrt(sum(run.history[f"{name}_{part}"] ** 2 for part in parts)) for name in names), np.zeros(1))))
 
 
 def loads(run: Run) -> Check | None:
-    """The largest inertial force over that of the tools, or power over theirs, of any row: so far their loads may be wrong."""
+    """The largest inertial part of the force or power of the tools in any row: the error of their loads by mass scaling."""
     force, power = largest_of(run, "inertial_force"), largest_of(run, "inertial_power")
     scaled = run.scene.get("TIME.MASS_SCALING")
     if force is None or power is None or (scaled or 1.0) <= 1.0:
@@ -178,7 +178,7 @@ def sleep(run: Run) -> Check | None:
     turned = float(np.nanmax(np.sum(works, axis=0))) if works else 0.0
     part = 100.0 * lost / turned if turned > 0.0 else 0.0
     level = level_of(part, *SLEEP)
-    text = "" if level == GREEN else (f"Sleeping metal has taken {part:.2g} % of the energy turned over: lower SLEEP_STRESS, or "
+    text = "" if level == GREEN else (f"Sleeping metal has taken {part:.2g} % of the energy exchanged: lower SLEEP_STRESS, or "
                                       "SLEEPING = off.")
     return Check("loss by sleep", f"{part:.2g} %", level, ("Over time", "All figures"), text)
 

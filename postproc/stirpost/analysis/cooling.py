@@ -94,8 +94,8 @@ def first_of(complaints: list[str]) -> list[str]:
 
 def read_header(headings: list[str], unit: str | None, wrong: list[str], loads: bool, columns: dict[str, str],
                 units: dict[str, str], any_other: bool):
-    """Of time, each thermocouple and each load: column, name, what is added and what it is then multiplied with to be in its
-    unit, this unit; and the headings of the other columns."""
+    """For time, each thermocouple and each load: column, name, offset and factor that convert it to its unit, this unit; and the headings of the
+    other columns."""
     headings = [text.strip() for text in headings]
     matches = [HEADING.fullmatch(text) for text in headings]
     names = [text if match is None else match["name"] for text, match in zip(headings, matches)]
@@ -160,7 +160,7 @@ def read_row(items: list[str], count: int, columns, mark: str, place: str, wrong
 
 def rate_by_differences(record: Record, room: float) -> np.ndarray:
     """Cooling rate [1/s] of each thermocouple: slope through the origin of -dT/dt over T - T_room, from
-    differences between rows and their means (eqs. 4.18, 4.19), by least squares; NaN if it cannot be had."""
+    differences between rows and their means (eqs. 4.18, 4.19), by least squares; NaN if it cannot be computed."""
     slopes = []
     for time, t in record.curves():
         rate = np.diff(t) / np.diff(time)
@@ -204,7 +204,7 @@ def film_coefficient(rate: float, density: float, specific_heat: float, volume: 
 
 
 def heat_share(plate: tuple[float, float, float], tool: tuple[float, float, float]) -> float:
-    """Part of the heat that enters the plate, from (k, rho, c) of both (eqs. 2.11, 4.14)."""
+    """Fraction of the heat that enters the plate, from (k, rho, c) of plate and tool (eqs. 2.11, 4.14)."""
     one, other = (float(np.sqrt(np.prod(material))) for material in (plate, tool))
     return one / (one + other)
 
@@ -227,7 +227,7 @@ def residuals(model: Record, measured: Record) -> dict[str, np.ndarray]:
 
 @dataclass
 class Fit:
-    """Numbers that a fit found, their standard errors, and what is left [K]."""
+    """Fitted values, their standard errors, and the residual [K]."""
 
     values: np.ndarray
     errors: np.ndarray  # NaN: not determined, or held by a bound
@@ -248,7 +248,7 @@ def fit(residuals: Callable[[np.ndarray], list[np.ndarray]], start, low, high) -
 
 
 def standard_errors(slopes: np.ndarray, left: list[np.ndarray], free: np.ndarray) -> np.ndarray:
-    """Of the numbers that are `free` of bounds, from the slopes of the curves `left`; NaN: held, or not determined."""
+    """Standard errors of the values that are not at a bound (`free`), from the derivatives of the residuals `left`; NaN: at a bound, or not determined."""
     errors, everything = np.full(len(free), np.nan), np.concatenate(left)
     slopes = slopes[:, free]
     points = len(everything) / max(memory(each) for each in left)
@@ -277,8 +277,8 @@ def varied(texts: list[str]) -> tuple[list[str], np.ndarray, np.ndarray, np.ndar
 
 
 def memory(residuals: np.ndarray) -> float:
-    """How many rows in turn tell the same, at least 1: the sum of the autocorrelation up to where it is lost in noise.
-    What a model misses is smooth in time, so that ten rows a second are not ten times the knowledge of one."""
+    """Number of consecutive rows that are correlated, at least 1: the sum of the autocorrelation up to where it is lost in noise. What a model misses
+    is smooth in time, so that ten rows a second are not ten times the information of one."""
     rest = residuals - residuals.mean()
     power = rest @ rest
     if not power > 0.0:

@@ -35,7 +35,7 @@ class Kernel:
 
     @property
     def whole(self) -> np.ndarray:
-        """Deviations with those of the cubes."""
+        """Standard deviations of the kernel, including those of the cubes."""
         return np.sqrt(np.array([self.along, self.thin, self.wide]) ** 2 + CUBE)
 
     def threshold(self, room: float, kernels: int) -> float:
@@ -70,7 +70,7 @@ def kernels(length: float, depth: float) -> tuple[list[Kernel], list[Kernel]]:
 
 
 def deposit(x: np.ndarray, edge: np.ndarray, axes: tuple[np.ndarray, ...], step: float) -> np.ndarray:
-    """Fill of the cells of a raster, whose middles are on `axes`, by cubes: exact."""
+    """Exact volume fraction of cubes in each cell of a raster; `axes` has the cell centres."""
     shape = tuple(len(a) for a in axes)
     low = (x - 0.5 * edge[:, None] - [a[0] - 0.5 * step for a in axes]) / step
     first = np.floor(low).astype(int)
@@ -91,7 +91,7 @@ def deposit(x: np.ndarray, edge: np.ndarray, axes: tuple[np.ndarray, ...], step:
 
 
 class Missing:
-    """Points without metal, on a raster with STEPS points along the edge of a particle, and those that disorder does not explain."""
+    """Points without metal on a raster with STEPS points along the edge of a particle, and those of them that random disorder of the particles does not explain."""
 
     def __init__(self, missing: np.ndarray):
         self.missing, shape = missing, missing.shape
@@ -183,7 +183,7 @@ class Missing:
 
 
 def beside(places: np.ndarray, found: np.ndarray) -> np.ndarray:
-    """Connected places that are found in part."""
+    """Connected regions of which a part has been found."""
     from scipy.ndimage import label
 
     parts, _ = label(places, np.ones((3, 3, 3)))

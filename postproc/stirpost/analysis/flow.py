@@ -24,7 +24,7 @@ SHIFTS = 0.5 * np.array([np.sqrt(2.0), np.sqrt(3.0), np.sqrt(5.0)])  # of these 
 
 
 class Flow:
-    """Particles of a frame beside themselves in the first one, without rigid bodies."""
+    """Particles of a frame and the same particles in the first frame, without rigid bodies."""
 
     def __init__(self, run: Run, frame: Frame):
         self.run, self.frame, self.scene = run, frame, run.scene
@@ -67,7 +67,7 @@ class Flow:
         return values[order][np.searchsorted(ids[order], self.number)].astype(float)
 
     def expansion(self) -> np.ndarray:
-        """Volume over that at the start, from temperature and pressure; 1 where the input does not say."""
+        """Volume over the initial volume, from temperature and pressure; 1 if the input has no properties for it."""
         ratio = np.ones(len(self.x))
         then, now = ({name: self.field(name, f) for name in ("temperature", "pressure")} for f in (self.first, self.frame))
         for number, name in enumerate(self.frame.body_names):
@@ -114,8 +114,8 @@ class Flow:
         return result
 
     def sampled(self, chosen: np.ndarray, low: np.ndarray, high: np.ndarray, holds) -> np.ndarray:
-        """Part of the chosen boxes that `holds` holds, 0 of the others. Boxes whose corners differ are told apart by points
-        that are shifted from box to box, so that what lies along a lattice is not counted by steps."""
+        """Fraction of each chosen box inside the region `holds`, 0 for the others. Boxes whose corners differ are sampled by points that are shifted
+        from box to box, so that a boundary along a lattice is not resolved in steps."""
         found = np.zeros(len(low))
         corners = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)]) * (1.0 - 4e-5) + 2e-5
         size = high - low
@@ -134,7 +134,7 @@ class Flow:
         return found
 
     def budget(self) -> dict:
-        """Volumes [m3]: what is more in each region than in the first frame, groove, expansion."""
+        """Volumes [m3]: increase in each region since the first frame, groove, expansion."""
         now, then = self.shares(self.x, self.edges), self.shares(self.x0, np.repeat(self.edge0[:, None], 3, axis=1))
         now[~self.whole] = np.eye(len(REGIONS))[REGIONS.index("debris")]
         gain = {name: float((now[:, k] * self.volume).sum() - (then[:, k] * self.volume0).sum())
@@ -168,7 +168,7 @@ class Flow:
     # -- measures -------------------------------------------------------------------------------------------------
 
     def measures(self, sections=None, strain: float = 1.0, isotherms=None, whole: bool = False) -> dict:
-        """All there is to say; `whole` reads every frame, for the highest temperatures and the lengths of paths."""
+        """All measures; `whole` reads every frame, for the highest temperatures and the lengths of paths."""
         result = {"time[s]": self.frame.time, "since[s]": self.first.time, "particles": len(self.x), "lost": self.lost,
                   "flash": self.flash(), "volumes": self.budget()}
         if self.cavity is not None:
@@ -330,7 +330,7 @@ class Flow:
 
 
 def by_number(frame: Frame, rigid: set[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Numbers, places and bodies of the particles that are no tool, in the order of their numbers."""
+    """Numbers, positions and bodies of all particles but those of tools, sorted by number."""
     points, body, ids = frame.points(), frame.bodies(), frame.need("id")
     keep = np.ones(len(points), dtype=bool)
     for number, name in enumerate(frame.body_names):

@@ -59,7 +59,7 @@ def measure(run: Run, frame: Frame, rigid: frozenset[str]) -> Shape | None:
 
 
 def metal_points(frame: Frame, rigid: set[str]) -> tuple[np.ndarray, np.ndarray]:
-    """Places of the particles that are no tool, and the numbers of their bodies from 0."""
+    """Positions of all particles but those of tools, and the numbers of their bodies from 0."""
     points, body = frame.points(), frame.bodies()
     keep = np.ones(len(points), dtype=bool)
     for number, name in enumerate(frame.body_names):
@@ -80,8 +80,8 @@ def spacings(frame: Frame, run: Run) -> np.ndarray:
 
 
 def connected(points: np.ndarray, body: np.ndarray, reach: float) -> tuple[np.ndarray, int]:
-    """Which particles belong to a body, and the number of pieces of debris. Particles nearer than `reach`, a cell of
-    the grid, hold together, since they share nodes."""
+    """Which particles are connected to a body, and the number of pieces of debris. Particles nearer to each other than `reach`, a cell of the grid,
+    are connected, since they share nodes."""
     label = pieces_of(points, reach)
     sizes = np.bincount(label)
     own = np.bincount(body)[body]
@@ -111,8 +111,8 @@ def pieces_of(points: np.ndarray, reach: float) -> np.ndarray:
 
 
 def groove_depth(first: np.ndarray, last: np.ndarray, face: float, spacing: float) -> float | None:
-    """How far the surface has sunk where it was at the top face [m]. A chink between particles is no groove: a place
-    counts if all within a spacing of it is as low."""
+    """How far the surface has sunk where it was at the top face [m]. A gap between particles is no groove: a point counts if all metal within a
+    spacing of it is as low."""
     from scipy.ndimage import maximum_filter
 
     low, high = first.min(axis=0) + 2 * spacing, first.max(axis=0) - 2 * spacing
@@ -137,8 +137,8 @@ def highest_of(points: np.ndarray, edges: list[np.ndarray]) -> np.ndarray:
 
 
 def stretches(x0: np.ndarray, x: np.ndarray, edge: np.ndarray, body: np.ndarray) -> np.ndarray:
-    """Edges of particles (n, 3) over those of cubes of their volume, from how far neighbours along each axis of the
-    lattice they began on have moved apart; 1 where these are no neighbours any more."""
+    """Edges of particles (n, 3) over those of cubes of their volume, from the distances of neighbours along each axis of the initial lattice; 1 where
+    these are no longer neighbours."""
     found = np.ones((len(x), 3))
     for number in np.unique(body):
         own = np.flatnonzero(body == number)

@@ -117,7 +117,7 @@ def history_rows(history: Table) -> Rows:
 
 
 def phase_tables(run: Run) -> list[tuple[str, list[str], list[list[str]]]]:
-    """For each tool whose place is known: title, headings and a row for each phase of its way."""
+    """For each tool whose position is known: title, headings and a row for each phase of its motion."""
     tables = []
     for tool in tools_of(run.history):
         phases = tool.phases()
@@ -150,8 +150,8 @@ Process = tuple[list[str], list[tuple[str, list[str], str]]]
 
 
 def process_table(run: Run) -> Process | None:
-    """Prescribed process parameters of the tool with the most work: headings, and rows of a quantity, its values in
-    each phase and over all, and what to be wary of. None without a tool whose place is known."""
+    """Prescribed process parameters of the tool with the most work: headings, and rows of a quantity, its values in each phase and over all, and
+    warnings. None without a tool whose position is known."""
     tool = main_tool(run.history)
     phases = tool.phases() if tool is not None else []
     if not phases:
@@ -265,7 +265,7 @@ def largest(values: np.ndarray, phase: Phase) -> float:
 
 
 def origin(run: Run) -> str:
-    """Where a page comes from: what the run knows of itself."""
+    """Provenance of a page: version, commit and date of the run."""
     known = run.summary or {}
     parts = [f"run {run.name}"]
     if known.get("finished"):

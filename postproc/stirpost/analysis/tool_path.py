@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The path of a tool over the plate: its direction, its advancing side, what it has passed."""
+"""The path of a tool over the plate: its direction, its advancing side, the region that it has passed."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class ToolPath:
     advancing: np.ndarray | None
 
     def coordinate(self, x: np.ndarray) -> np.ndarray:
-        """Along the travel: that of the axis it goes along, if it does."""
+        """Coordinate along the travel: of the axis along which the tool travels, if it is one."""
         axis = int(np.abs(self.along).argmax())
         return x[:, axis] if abs(self.along[axis]) > 1.0 - 1e-9 else x[:, :2] @ self.along
 
@@ -55,7 +55,7 @@ class ToolPath:
         return past**2 + n**2 < (self.radius + beyond)**2
 
     def seconds_under(self, x: np.ndarray) -> np.ndarray:
-        """Time that places at rest were under the face [s], of path and time that are linear between the rows."""
+        """Time for which fixed points were under the face [s]; path and time are linear between the rows."""
         total = np.zeros(len(x))
         half = np.sqrt(np.maximum(self.radius**2 - self.side(x) ** 2, 0.0))
         s = self.progress(x)

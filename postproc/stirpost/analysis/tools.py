@@ -43,7 +43,7 @@ class Tool:
         return all(self.column(axis) is not None for axis in "xyz")
 
     def place(self, time: float) -> np.ndarray | None:
-        """Its reference point [m] at a time, None if the history does not say."""
+        """Its reference point [m] at a time, None if the history does not have it."""
         if not self.has_pose:
             return None
         columns = [self.column(axis).values for axis in "xyz"]
@@ -58,7 +58,7 @@ class Tool:
         return float(np.nansum(np.abs(power.values) * lengths(self.history)))
 
     def presses(self) -> np.ndarray:
-        """Rows in which it feels a load."""
+        """Rows in which it has a load."""
         touched = np.zeros(len(self.history), dtype=bool)
         for column in self.loads("(torque|force_[xyz])"):
             values = np.abs(np.nan_to_num(column.values))
@@ -66,8 +66,8 @@ class Tool:
         return touched
 
     def phases(self) -> list[Phase]:
-        """Phases of the tool, consecutive rows put together: approach, plunge, dwell, travel, lift, rest, away. None without a
-        pose, or if it moves to and fro."""
+        """Phases of the tool, consecutive rows put together: approach, plunge, dwell, travel, lift, rest, away. None without a pose, or if it moves
+        back and forth."""
         if not self.has_pose or len(self.history) < 2:
             return []
         span = np.diff(self.history["time"])

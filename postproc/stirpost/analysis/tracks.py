@@ -56,12 +56,12 @@ class Tracks:
         return self.frame[["x", "y", "z"]].to_numpy()
 
     def spread(self, values: np.ndarray) -> np.ndarray:
-        """A value a tracer to all its rows."""
+        """Repeat one value per tracer for all its rows."""
         return np.repeat(values, self.ends - self.begins)
 
 
 def polydata(tracks: Tracks):
-    """A line a tracer."""
+    """One line per tracer."""
     import pyvista as pv
 
     counts = tracks.ends - tracks.begins

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Names and units for people."""
+"""Readable names and units."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ UNIT_NAMES = {"Nm": "N m", "": "1"}
 
 
 def words(name: str) -> str:
-    """plastic_work -> plastic work; a word that is there twice is said once: tool_tool_velocity -> tool velocity"""
+    """plastic_work -> plastic work; a repeated word is written once: tool_tool_velocity -> tool velocity"""
     return re.sub(r"\b(\w+)( \1\b)+", r"\1", name.replace("_", " "))
 
 
@@ -33,7 +33,7 @@ def scaled(largest: float, unit: str) -> tuple[float, str]:
 
 
 def seconds(time: float) -> str:
-    """A time with as many digits as tell frames apart."""
+    """A time with enough digits to distinguish frames."""
     if abs(time) >= 1 or time == 0:
         return f"{time:.2f} s"
     return f"{time * 1e3:.3g} ms"

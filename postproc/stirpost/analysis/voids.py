@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Voids in the track behind the pin, or behind the face of a tool without a pin: tunnels, grooves, lack of fill at the root, loose metal,
-and what is too small to be told.
+"""Voids in the track behind the pin, or behind the face of a tool without a pin: tunnels, grooves, lack of fill at the root, loose metal, and the
+smallest size that is resolved.
 
 The fill of the track, how much of its room the volumes of the particles take, is that of fill.py, between the bottom of the metal and
 the lid: the first top face, or the lowest place of the face of the tool where that is lower. A void is a connected place where

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Search of the keys with which the runs of an input meet what was measured: a design of runs, then least squares."""
+"""Search for the values of keys with which runs of an input agree with measurements: a design of runs, then least squares."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Outcome:
 
 @dataclass
 class Fitting:
-    """Places of the keys that bring the runs to the measurements."""
+    """Scaled values of the keys with which the runs agree best with the measurements."""
 
     keys: list[Key]
     wanted: list[Curve | Target]
@@ -81,7 +81,7 @@ class Fitting:
         return Outcome(scaled, residuals, left, run)
 
     def model(self, scaled: np.ndarray) -> Outcome:
-        """The coarse run and what fine ones add to it."""
+        """The coarse run and the correction by fine ones."""
         there = self.outcome(self.coarse, scaled)
         if self.added is None or there.residuals is None:
             return there
@@ -91,7 +91,7 @@ class Fitting:
         return ", ".join(f"{key.name} = {key.value(place):.5g}" for key, place in zip(self.keys, scaled))
 
     def solve(self, design: int, starts: int, seed: int) -> None:
-        """Runs of the design, searches from the best of them that lie apart, then fine runs."""
+        """Runs of the design, searches from the best of them that are far enough apart, then fine runs."""
         chosen: list[Outcome] = []
         for there in self.explore(design, seed):
             if all(np.abs(there.scaled - other.scaled).max() > APART for other in chosen):
@@ -122,7 +122,7 @@ class Fitting:
         return good
 
     def least(self, start: np.ndarray) -> tuple[Outcome, np.ndarray | None]:
-        """The least sum of squares of the model that is found from a start, and the slopes there."""
+        """The smallest sum of squares of the model found from a start, and the derivatives there."""
         from scipy.optimize import least_squares
 
         best, tangent, before = self.model(start), None, None
@@ -151,7 +151,7 @@ class Fitting:
         return best, tangent
 
     def differences(self, scaled: np.ndarray) -> np.ndarray:
-        """Slopes of `left` over the scaled values, by a run for each key; 0 where no run beside them can be computed."""
+        """Derivatives of the residuals `left` with respect to the scaled values, by a run for each key; 0 where no neighbouring run can be computed."""
         there, columns = self.model(scaled), []
         for k, place in enumerate(scaled):
             for step in (STEP, -STEP) if place + STEP <= 1.0 else (-STEP, STEP):
@@ -189,7 +189,7 @@ class Fitting:
 
     @property
     def free(self) -> np.ndarray:
-        """Keys that no bound holds."""
+        """Keys that are not at a bound."""
         return (self.best.scaled > HELD) & (self.best.scaled < 1.0 - HELD)
 
     def variances(self) -> np.ndarray:
@@ -205,7 +205,7 @@ class Fitting:
         return np.concatenate(parts)
 
     def errors(self) -> np.ndarray:
-        """Standard errors of the scaled values; NaN: held by a bound, or not determined to better than the range."""
+        """Standard errors of the scaled values; NaN: at a bound, or not determined better than the range."""
         found, free = np.full(len(self.keys), np.nan), self.free
         if self.slopes is None or not free.any():
             return found

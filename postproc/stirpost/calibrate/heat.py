@@ -38,7 +38,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     film.add_argument("--density", type=float, required=True)
     film.add_argument("--specific-heat", type=float, required=True)
     film.add_argument("--volume", type=float, required=True, help="of the plate [m3]")
-    film.add_argument("--area", type=float, required=True, help="on the backing plate [m2]")
+    film.add_argument("--area", type=float, required=True, help="contact area on the backing plate [m2]")
     film.set_defaults(action=show_film)
 
     share = actions.add_parser("share")
@@ -51,7 +51,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     add_record(fit)
     fit.add_argument("--vary", action="append", required=True, metavar="GROUP.KEY=START,LOW,HIGH")
     fit.add_argument("--set", action="append", default=[], metavar="GROUP.KEY=VALUE")
-    fit.add_argument("--program", help="stirpoint itself, where it is not found by itself")
+    fit.add_argument("--program", help="path of stirpoint, if it is not found by itself")
     fit.set_defaults(action=show_fit)
     return parser.parse_args(arguments)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Between which values a key is searched, and on which scale: what physics allows, unless the call says otherwise."""
+"""Range and scale (linear or logarithmic) in which a key is searched: physical limits, unless the command gives others."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Measured numbers that a run is to meet besides curves: loads, stir zone, groove, filling, flash, peaks."""
+"""Measured numbers, besides curves, with which a run is compared: loads, stir zone, groove, filling, flash, peaks."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ FORM = re.compile(r"(?P<name>\w+)(?:@(?P<at>[^@\[=]+))?\s*(?:\[(?P<unit>[^\]]*)\
 
 @dataclass
 class Target:
-    """A measured number with its standard uncertainty, and what a run has in its place."""
+    """A measured number with its standard uncertainty, and the corresponding quantity of a run."""
 
     name: str
     at: tuple[float, ...]  # the place of a section, or the span of a mean; else empty
@@ -66,7 +66,7 @@ class Target:
         return self.name + ("@" + ":".join(f"{at:g}" for at in self.at) if self.at else "")
 
     def of(self, run: Run) -> float:
-        """The number of a run."""
+        """The value of this quantity in a run."""
         try:
             if len(self.at) == 2:
                 return mean_of(run, self.name, *self.at)

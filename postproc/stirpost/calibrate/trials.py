@@ -22,11 +22,11 @@ BREAKS = (2, 3)  # exit statuses of the program that follow from the values
 
 
 class Spent(Exception):
-    """All runs that were allowed are done."""
+    """The number of allowed runs is used up."""
 
 
 class Broken(Exception):
-    """These values are none that the program can compute: it refused them, or the run broke down."""
+    """The program cannot compute these values: it refused them, or the run failed."""
 
 
 @dataclass
@@ -46,7 +46,7 @@ class Trials:
         self.made_by = version[0].strip() if version else ""
 
     def run(self, values: dict[str, float]) -> Run:
-        """The run with these values: as it was kept, gone on with from its checkpoint, or new."""
+        """The run with these values: stored, resumed from its checkpoint, or new."""
         keys = self.sets | {key: f"{value:.12g}" for key, value in values.items()}
         recipe = json.dumps({"program": self.made_by, "keys": keys, "input": text_of(self.path)}, indent=1)
         place = self.folder / hashlib.sha256(recipe.encode()).hexdigest()[:12]
@@ -92,7 +92,7 @@ class Trials:
 
 @dataclass
 class Curve:
-    """A measured curve: readings at times, and how much one of them counts."""
+    """A measured curve: times, readings and their uncertainty."""
 
     name: str
     unit: str
@@ -106,8 +106,8 @@ class Curve:
         return self.name
 
     def residuals(self, run: Run) -> np.ndarray:
-        """Model less reading, in the curve's unit. A reading stands for the time half way to its neighbours, over which
-        the model is averaged: rows of a history are means, and rattle."""
+        """Model less reading, in the curve's unit. A reading stands for the time half way to its neighbours, over which the model is averaged,
+        because rows of a history are means with noise."""
         table = table_of(run, self.name)
         if self.time[-1] > table["time"][-1] * (1 + 1e-9):
             raise ValueError(f"{run.directory}: the run ends at {table['time'][-1]:g} s, before the reading of {self.name} at {self.time[-1]:g} s")
@@ -123,7 +123,7 @@ def table_of(run: Run, name: str) -> Table:
 
 def measured(paths: list[Path], unit: str | None, known: Run, start: float | None, end: float | None,
              errors: dict[str, float]) -> list[Curve]:
-    """The curves of some files, whose names are columns of the run; all that is wrong is one complaint."""
+    """The curves of some files, whose names are columns of the run; all mistakes are reported in one error."""
     none = "" if known.probes is not None else f", which has no {known.name}_probes.csv"
     columns = {}
     for table in (known.history, known.probes):

@@ -71,7 +71,7 @@ class Valley:
                 "to": {key.name: key.value(place) for key, place in zip(keys, high)}, "determined": self.determined}
 
     def lines(self) -> list[str]:
-        """The valley in words."""
+        """The valley as text."""
         (low, one), (high, other) = self.end(0), self.end(1)
         moved = [k for k, part in enumerate(self.direction) if abs(part) > 0.05]
         keys = self.fit.keys
@@ -96,7 +96,7 @@ class Valley:
         return found
 
     def predicted(self, way):
-        """Sum of squares at a distance from the best values, of slopes that stay as they are there."""
+        """Sum of squares at a distance from the best values, for constant derivatives."""
         return self.centre.total + (self.unit * (way / self.error)**2 if self.error > 0.0 else 0.0 * way)
 
 
@@ -105,7 +105,7 @@ def at_a_bound(ends: list[np.ndarray]) -> bool:
 
 
 def walk(fit: Fitting, count: int) -> Valley | None:
-    """Runs at `count` points to each side, or more where the way bends; None without slopes or a key that no bound holds."""
+    """Runs at `count` points on each side, or more where the valley is curved; None without derivatives or if all keys are at a bound."""
     free = fit.free
     if fit.slopes is None or not free.any():
         return None
@@ -159,7 +159,7 @@ def along(fit: Fitting, heading: np.ndarray, valley: Valley, slopes: np.ndarray,
 
 
 def room(scaled: np.ndarray, heading: np.ndarray) -> float:
-    """How far it is to a bound."""
+    """Distance to the nearest bound."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return float(np.nanmin(np.where(heading > 0, 1.0 - scaled, scaled) / np.abs(heading)))
 

@@ -41,12 +41,12 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="stirpost calculix", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("run", type=Path)
     parser.add_argument("--cell", type=float, metavar="MM", help="edge of the bricks (default: two particles)")
-    parser.add_argument("--frames", type=int, default=30, help="at most so many steps of the run (default 30)")
+    parser.add_argument("--frames", type=int, default=30, help="largest number of steps of the run (default 30)")
     parser.add_argument("--rate", type=float, default=1e-3, metavar="1/S")
-    parser.add_argument("--strength", nargs="+", metavar="K=MPa", help="of all metal, over temperature, instead of the law's")
-    parser.add_argument("--expansion", type=float, metavar="1/K", help="of metal whose &MATERIAL has none")
+    parser.add_argument("--strength", nargs="+", metavar="K=MPa", help="flow stress of all metal over temperature, instead of that of the law")
+    parser.add_argument("--expansion", type=float, metavar="1/K", help="expansion of metal whose &MATERIAL has none")
     parser.add_argument("--cool", type=float, default=100.0, metavar="S", help="time of the cooling (default 100 s)")
-    parser.add_argument("--program", help="stirpoint itself, where it is not found")
+    parser.add_argument("--program", help="path of stirpoint, if it is not found by itself")
     parser.add_argument("-o", "--output", type=Path, metavar="FILE")
     options = parser.parse_args(arguments)
     run = Run(options.run)
@@ -83,13 +83,13 @@ class Plate:
         self.materials = sorted(set(self.material))
 
     def metal(self, frame: Frame) -> tuple[np.ndarray, np.ndarray]:
-        """Places of the particles that are no tool, and the numbers of their bodies."""
+        """Positions of all particles but those of tools, and the numbers of their bodies."""
         points, body = frame.points(), frame.bodies()
         self.keep = ~np.isin(body, [k for k, name in enumerate(frame.body_names) if name in self.rigid])
         return points[self.keep], body[self.keep]
 
     def temperatures(self, frame: Frame) -> np.ndarray:
-        """Of the nodes, as means of the nearest particles."""
+        """Temperatures of the nodes: means over the nearest particles [K]."""
         from scipy.spatial import cKDTree
 
         points, _ = self.metal(frame)
@@ -99,7 +99,7 @@ class Plate:
         return (values[near] * weight).sum(axis=1) / weight.sum(axis=1)
 
     def held(self, time: float) -> list[tuple[int, int]]:
-        """Nodes and their directions (1 to 3) that are held at a time."""
+        """Nodes and directions (1 to 3) that are fixed at a time."""
         found: set[tuple[int, int]] = set()
         reach = 1e-6 + 1e-3 * self.edge.min()
         for clamp in self.run.scene.groups("clamp"):
@@ -117,7 +117,7 @@ class Plate:
         return sorted(found)
 
     def supports(self) -> list[tuple[int, int]]:
-        """Three nodes at the bottom that hold the plate as a rigid body only."""
+        """Three nodes at the bottom whose supports prevent rigid-body motion only."""
         flat = self.points[self.points[:, 2] < self.low[2] + 0.5 * self.edge[2]]
         corners = [flat[np.argmin(flat @ direction)] for direction in ([1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [1.0, -1.0, 0.0])]
         a, b, c = (int(np.flatnonzero((self.points == corner).all(axis=1))[0]) + 1 for corner in corners)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""stirpost calibrate: what to calibrate is a table, a line each."""
+"""The command `stirpost calibrate`: a table with one line per subcommand."""
 
 from __future__ import annotations
 

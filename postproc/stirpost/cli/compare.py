@@ -43,11 +43,11 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("one", type=Path)
     parser.add_argument("other", type=Path, nargs="?")
     parser.add_argument("--machine", type=Path, metavar="LOG.csv", help="compare with this log instead of a second run")
-    parser.add_argument("--delimiter", metavar="MARK", help="between values of the log (default: that of its heading, of ; tab and ,)")
+    parser.add_argument("--delimiter", metavar="MARK", help="delimiter of the log (default: the one of ; tab and , that its heading has)")
     parser.add_argument("--column", action="append", default=[], metavar="NAME=HEADING", help="the column of the log for NAME, which is "
                         "time or a column of the run")
-    parser.add_argument("--unit", action="append", default=[], metavar="NAME=UNIT", help="of a column of the log")
-    parser.add_argument("--shift", type=float, default=0.0, metavar="SECONDS", help="time of the run at which the log is at 0")
+    parser.add_argument("--unit", action="append", default=[], metavar="NAME=UNIT", help="unit of a column of the log that has none in its heading")
+    parser.add_argument("--shift", type=float, default=0.0, metavar="SECONDS", help="time of the run at the zero of the log")
     parser.add_argument("-o", "--output", type=Path)
     options = parser.parse_args(arguments)
     if (options.other is None) == (options.machine is None):

@@ -38,10 +38,10 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="stirpost film", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("run", type=Path)
     parser.add_argument("--colour", choices=COLOURS, default="strain")
-    parser.add_argument("--behind", type=float, metavar="MM", help="of the cut behind the axis of the tool (default 1.25 radii of the tool)")
+    parser.add_argument("--behind", type=float, metavar="MM", help="distance of the cut behind the axis of the tool (default 1.25 radii of the tool)")
     parser.add_argument("--degrees", choices=list(look.SCALES), default="K")
-    parser.add_argument("--frames", type=int, default=120, help="at most so many (default 120)")
-    parser.add_argument("--most", type=float, default=2.9, metavar="MB", help="size of the file (default 2.9)")
+    parser.add_argument("--frames", type=int, default=120, help="largest number of pictures (default 120)")
+    parser.add_argument("--most", type=float, default=2.9, metavar="MB", help="largest size of the file [MB] (default 2.9)")
     parser.add_argument("-o", "--output", type=Path, metavar="FILE")
     options = parser.parse_args(arguments)
     look.use_degrees(options.degrees)
@@ -100,7 +100,7 @@ class Film:
         return Normalize(-half, half), look.part_of("Spectral", 0.0, 1.0), "metal was at first to the left of the path by [mm]"
 
     def values(self, frame: Frame) -> np.ndarray:
-        """Of each particle, what it is coloured by."""
+        """The value of each particle for its colour."""
         if self.colour == "origin":
             ids, side = self.origin
             return side[np.searchsorted(ids, frame.need("id")).clip(0, len(ids) - 1)] * look.MM
@@ -128,7 +128,7 @@ class Film:
         return self.views.half_behind(metal, 0, at, self.eye), tool, face
 
     def pictures(self) -> list[Image]:
-        """One of each frame."""
+        """One picture for each frame."""
         from PIL import Image
 
         parts = [self.parts(frame) for frame in self.frames]

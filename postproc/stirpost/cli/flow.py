@@ -38,8 +38,8 @@ def main(arguments=None) -> int:
     parser.add_argument("--time", type=float, help="[s]")
     parser.add_argument("--section", type=float, nargs="+", metavar="X", help="places along the travel [m] "
                         "(default: quarters of the way)")
-    parser.add_argument("--strain", type=float, default=1.0, help="above which metal is stirred (default 1)")
-    parser.add_argument("--isotherm", type=float, nargs="+", metavar="K", help="(default: each 100 K that was reached)")
+    parser.add_argument("--strain", type=float, default=1.0, help="plastic strain above which metal counts as stirred (default 1)")
+    parser.add_argument("--isotherm", type=float, nargs="+", metavar="K", help="temperatures of isotherms [K] (default: multiples of 100 K)")
     parser.add_argument("--json", action="store_true", help="print flow.json instead of lines")
     parser.add_argument("-o", "--output", type=Path)
     options = parser.parse_args(arguments)

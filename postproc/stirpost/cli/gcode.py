@@ -123,7 +123,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("program", type=Path)
     parser.add_argument("--tool", default="tool", help="NAME of the &TOOL (default tool)")
     parser.add_argument("--rapid", type=float, help="speed of G0 [mm/min]")
-    parser.add_argument("--zero", default="0,0,0", help="place of the zero of the program in the scene [mm]: X,Y,Z")
+    parser.add_argument("--zero", default="0,0,0", help="position of the zero of the program in the scene [mm]: X,Y,Z")
     options = parser.parse_args(arguments)
     zero = np.array([float(part) for part in options.zero.split(",")]) * 1e-3
     if zero.shape != (3,):

@@ -33,7 +33,7 @@ def main(arguments=None) -> int:
     parser.add_argument("run", type=Path)
     parser.add_argument("--x", type=float, default=65e-3, help="[m]")
     parser.add_argument("--time", type=float, help="[s]")
-    parser.add_argument("--offset", type=float, default=5e-3, help="of the side lines from the centre [m]")
+    parser.add_argument("--offset", type=float, default=5e-3, help="distance of the side lines from the centre [m]")
     parser.add_argument("--centre", type=float, help="y of the centre line [m]")
     parser.add_argument("-o", "--output", type=Path)
     options = parser.parse_args(arguments)

@@ -68,13 +68,13 @@ def main(arguments: list[str] | None = None) -> int:
 def add_how(parser: argparse.ArgumentParser) -> None:
     """How the runs of a study are computed, and where they go."""
     parser.add_argument("--ranks", type=int, default=1, help="MPI ranks of each run (default 1)")
-    parser.add_argument("--program", help="stirpoint itself, where it is not found by itself")
+    parser.add_argument("--program", help="path of stirpoint, if it is not found by itself")
     parser.add_argument("--slurm", action="store_true", help="write a job array instead of computing")
     parser.add_argument("-o", "--output", type=Path)
 
 
 def case(options, directory: Path, chosen: dict[str, str], left: list[str]) -> bool:
-    """Compute a case that is not done, or with --slurm add its line to those that are left; whether it is done now."""
+    """Compute a case that is not finished, or with --slurm add it to the list of the job array; True if it is finished now."""
     note = "is there"
     if not is_done(directory, options.input, chosen):
         if options.slurm:
@@ -86,7 +86,7 @@ def case(options, directory: Path, chosen: dict[str, str], left: list[str]) -> b
 
 
 def prepared(options, directory: Path, chosen: dict[str, str]) -> str:
-    """The line of a case. What a run of another recipe has left is nothing to go on from."""
+    """Command line of a case. Results of a run with other keys are deleted, since it cannot be resumed from them."""
     asked, made = directory / "sweep_asked.txt", recipe(options.input, chosen)
     if not asked.is_file() or text_of(asked) != made:
         directory.mkdir(exist_ok=True)
@@ -97,7 +97,7 @@ def prepared(options, directory: Path, chosen: dict[str, str]) -> str:
 
 
 def array(options, output: Path, left: list[str]) -> str:
-    """Write script and list; the command that submits the cases which are left. A line of the list stays where it is."""
+    """Write script and list; returns the command that submits the unfinished cases. Lines of the list keep their numbers."""
     script, path = output / "array.sh", output / "cases.txt"
     if not script.exists():
         shutil.copy(Path(__file__).parent / "assets" / "slurm.sh", script)
@@ -140,7 +140,7 @@ def is_done(directory: Path, path: Path, chosen: dict[str, str]) -> bool:
 
 
 def words_of(path: Path, directory: Path, chosen: dict[str, str]) -> list[str]:
-    """The words behind `stirpoint`."""
+    """The arguments of `stirpoint`."""
     sets = [word for key, value in chosen.items() for word in ("--set", f"{key}={','.join(value.split())}")]
     return [str(path), "--quiet", "--output", str(directory), *sets]
 
@@ -152,11 +152,11 @@ def calculate(options, directory: Path, chosen: dict[str, str]) -> str:
 
 
 def picture(table: pd.DataFrame, keys: list[str]):
-    """Every quantity over the first key, a line for each value of the others."""
+    """Each quantity over the first key, with a line for each value of the others."""
     first, *others = keys
     quantities = [name for name in table.columns if name not in keys and table[name].notna().any()]
     if not quantities:
-        raise NoRun("the runs have nothing to draw: no history")
+        raise NoRun("no run has a history to draw")
     columns = 2 if len(quantities) > 1 else 1
     figure = look.new_figure(10.0, 0.4 + 2.5 * -(-len(quantities) // columns))
     axes = np.ravel(figure.subplots(-(-len(quantities) // columns), columns, squeeze=False))

@@ -53,8 +53,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--speed", required=True, metavar="LOW:HIGH:COUNT", help="travel speeds [mm/s]")
     parser.add_argument("--force", metavar="LOW:HIGH:COUNT", help="axial forces [kN]")
     parser.add_argument("--max-force", type=float, default=np.inf, metavar="KN", help="of the machine [kN]")
-    parser.add_argument("--max-torque", type=float, default=np.inf, metavar="NM", help="of the machine [N m]")
-    parser.add_argument("--flash", type=float, default=10.0, metavar="PERCENT", help="of the section of the sheet under the shoulder (default 10)")
+    parser.add_argument("--max-torque", type=float, default=np.inf, metavar="NM", help="largest torque of the machine [N m]")
+    parser.add_argument("--flash", type=float, default=10.0, metavar="PERCENT", help="flash, in percent of the section of the sheet under the shoulder, above which a setting is not sound (default 10)")
     parser.add_argument("--degrees", choices=list(look.SCALES), default="K")
     sweep.add_how(parser)
     options = parser.parse_args(arguments)
@@ -167,7 +167,7 @@ class Plan:
 
 
 def judged(run: Run, options: argparse.Namespace) -> dict:
-    """The measures of a run, and the name of its setting."""
+    """The measures of a run, and the classification of its setting."""
     found = summary.measures(run)
     thin = flash_share(run, found.get("flash [mm3]"))
     if thin is not None:
@@ -176,7 +176,7 @@ def judged(run: Run, options: argparse.Namespace) -> dict:
 
 
 def flash_share(run: Run, flash: float | None) -> float | None:
-    """Metal above the sheet a way, over the section of the sheet under the shoulder [%]; the way is that of the middle of the tool and its width."""
+    """Metal above the sheet per length of travel, over the section of the sheet under the shoulder [%]; the way is that of the middle of the tool and its width."""
     tool = main_tool(run.history)
     radius = run.scene.radius(tool.name) if tool is not None else None
     if flash is None or radius is None or not run.frames:
@@ -202,7 +202,7 @@ def name_of(run: Run, found: dict, options: argparse.Namespace) -> str:
 
 
 def picture(table: pd.DataFrame):
-    """Maps of what the settings make, with contours of loads and temperature; a row for each force."""
+    """Maps of the classification of the settings, with contours of loads and temperature; a row for each force."""
     from matplotlib.patches import Patch
 
     forces = sorted(table[AXES["force"]].unique()) if AXES["force"] in table else [None]

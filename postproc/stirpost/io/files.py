@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Files in and out: whatever is wrong with one is a line that names it."""
+"""Files in and out: each error is one line that names the file."""
 
 from __future__ import annotations
 

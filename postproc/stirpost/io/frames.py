@@ -24,7 +24,7 @@ LONGEST = 1e4  # of what a run may have of a length [m]: what is farther away is
 
 
 class NoRun(ValueError):
-    """The directory holds nothing to report on."""
+    """The directory has no results of a run."""
 
 
 class Frame:
@@ -49,7 +49,7 @@ class Frame:
         self._finite: np.ndarray | None = None
 
     def attribute(self, name: str) -> np.ndarray:
-        """Its lengths [m], those that are none as NaN; [NaN] without it."""
+        """The lengths [m] in an attribute, invalid ones as NaN; [NaN] without it."""
         values = np.atleast_1d(self.attributes.get(name, np.nan))
         values = values.astype(float) if values.dtype.kind in "fiu" else np.full(1, np.nan)
         return np.where((values > 0) & (values <= LONGEST), values, np.nan)

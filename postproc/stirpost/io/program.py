@@ -18,12 +18,12 @@ def find(named: str | None = None) -> str:
             return candidate
     found = shutil.which("stirpoint")
     if found is None:
-        raise ValueError("no stirpoint here: name it with --program or STIRPOINT_EXECUTABLE")
+        raise ValueError("stirpoint was not found: give its path by --program or STIRPOINT_EXECUTABLE")
     return found
 
 
 class Failed(RuntimeError):
-    """It has not ended well."""
+    """The program failed."""
 
     def __init__(self, text: str, status: int):
         super().__init__(text)
@@ -31,14 +31,14 @@ class Failed(RuntimeError):
 
 
 def compute(words: list, named: str | None = None, ranks: int = 1, what: str = "") -> None:
-    """Start it and wait; Failed, of `what` if that is given, with its own words where it does not end well."""
+    """Run the program; raises Failed, with `what` and the program's message, if its exit status is not 0."""
     done = run(words, named, ranks)
     if done.returncode != 0:
         raise Failed(f"{what}{': ' * bool(what)}{done.stderr.strip() or f'stirpoint ended with status {done.returncode}'}", done.returncode)
 
 
 def run(words: list, named: str | None = None, ranks: int = 1) -> subprocess.CompletedProcess:
-    """Start it and wait; its output is kept."""
+    """Run the program; returns its output."""
     before = ["mpirun", "-n", str(ranks)] if ranks > 1 else []
     environment = dict(os.environ, **AS_ROOT) if os.geteuid() == 0 else None
     return subprocess.run([*before, find(named), *map(str, words)], capture_output=True, text=True, check=False,

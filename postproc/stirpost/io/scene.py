@@ -42,7 +42,7 @@ class Scene:
 
     @classmethod
     def read(cls, path: Path | str) -> Scene:
-        """The input in a file. Files that it names are those beside it, wherever the scene is written."""
+        """The input in a file. Paths in it are relative to this file, wherever the scene is written."""
         scene = cls(text_of(path))
         for name in scene.all:
             for group in scene.groups("".join(name)):
@@ -60,7 +60,7 @@ class Scene:
         return next((g for g in self.groups(group) if str(g.get("name", "")).lower() == name.lower()), {})
 
     def addressed(self, address: str) -> tuple[list[dict[str, Any]], str]:
-        """The groups and the key that --set means by GROUP.KEY (all of them), GROUP(2).KEY or GROUP(name).KEY."""
+        """The groups and the key addressed as GROUP.KEY (all of them), GROUP(2).KEY or GROUP(name).KEY, as in --set."""
         found = ADDRESS.fullmatch(address)
         if found is None:
             raise ValueError(f"{address}: expected GROUP.KEY, GROUP(2).KEY or GROUP(name).KEY")
@@ -91,7 +91,7 @@ class Scene:
         return write(Path(path), f"{self.all}\n")
 
     def check(self, cost: bool = False, named: str | None = None) -> Answer:
-        """Have the program check it; its cost is measured in some steps. `named` is the program where it is not found."""
+        """Check the scene by the program and measure its cost in some steps. `named` is the path of the program, if it is not found by itself."""
         with tempfile.TemporaryDirectory() as folder:
             done = program.run([self.write(Path(folder) / "scene.nml"), "--check" if cost else "--check=scene"], named)
             lines = (done.stdout + done.stderr).replace(f"{folder}/", "").splitlines()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""CSV histories: columns are found by name, the unit stands in brackets behind the name. pandas is imported where a frame is asked for."""
+"""CSV histories: columns are found by name, the unit is in brackets after the name. pandas is imported where a frame is asked for."""
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ def parse_heading(text: str) -> tuple[str, str]:
 
 
 def parse_numbers(cells: list[str]) -> np.ndarray:
-    """Numbers as C and Fortran write them; all else is no number."""
+    """A number as C and Fortran write it; NaN for anything else."""
     try:
         return np.array(cells, dtype=float)
     except ValueError:
@@ -161,6 +161,6 @@ def parse_number(cell: str) -> float:
 
 
 def latest(time: np.ndarray) -> np.ndarray:
-    """Which rows count: a restarted run may repeat times, then the later ones."""
+    """Rows that are valid: a restarted run may repeat times, of which the later rows are valid."""
     earliest_later = np.fmin.accumulate(time[::-1])[::-1][1:]
     return np.append(~(time[:-1] >= earliest_later), True) & np.isfinite(time)

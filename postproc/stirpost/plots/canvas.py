@@ -25,7 +25,7 @@ class Eye:
         self.axes = np.stack([right, np.cross(back, right), back])
 
     def sees(self, points: np.ndarray) -> np.ndarray:
-        """(n, 2): to the right and up."""
+        """Coordinates to the right and up (n, 2)."""
         return np.asarray(points) @ self.axes[:2].T
 
 
@@ -48,7 +48,7 @@ class Canvas:
         return ((total + SAMPLES**2 // 2) // SAMPLES**2).astype(np.uint8)
 
     def projected(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """In samples to the right and down, and depths towards the eye [m]."""
+        """Coordinates to the right and down in samples, and depth towards the eye [m]."""
         return (self.eye.sees(points) - self.corner) * self.scale, points @ self.eye.axes[2]
 
     def draw(self, points: np.ndarray, corners: np.ndarray, colours: np.ndarray, cull: bool = False) -> None:
@@ -145,7 +145,7 @@ def weights_of(u: np.ndarray, v: np.ndarray, triangle: np.ndarray, column: np.nd
 
 
 def spread(counts: np.ndarray, start) -> tuple[np.ndarray, np.ndarray]:
-    """Of each number k `counts` many: k, and whole numbers from `start` on."""
+    """Repeats each index k counts[k] times; returns these indices and consecutive integers from `start` on for each."""
     number = np.repeat(np.arange(len(counts)), counts)
     along = np.arange(len(number)) - np.repeat(np.cumsum(counts) - counts, counts)
     return number, along + (start[number] if isinstance(start, np.ndarray) else start)

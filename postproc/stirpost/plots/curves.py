@@ -218,7 +218,7 @@ def finish(axis, label: str) -> None:
 
 
 def other_degrees(axis) -> None:
-    """The other of K and C as a second scale at the right."""
+    """A second scale at the right, in C for K and in K for C."""
     (unit, zero), = (scale for name, scale in look.SCALES.items() if name != look.degrees)
     shift = look.SCALES[look.degrees][1] - zero
     second = axis.secondary_yaxis("right", functions=(lambda t: t + shift, lambda t: t - shift))

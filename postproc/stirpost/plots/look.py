@@ -77,7 +77,7 @@ def __getattr__(name: str):
 
 
 def style():
-    """Pictures drawn within have the style."""
+    """Context in which pictures are drawn in the style of the report."""
     import matplotlib
 
     return matplotlib.rc_context(STYLE)
@@ -156,7 +156,7 @@ def colour_bar(figure, norm, colours, strip, label: str, extend: str = "neither"
 
 
 def rendered(figure: Figure) -> bytes:
-    """As PNG."""
+    """The figure as PNG."""
     from matplotlib.layout_engine import PlaceHolderLayoutEngine
 
     engine = figure.get_layout_engine()
@@ -170,7 +170,7 @@ def rendered(figure: Figure) -> bytes:
 
 
 def drawn(draw, *arguments) -> bytes | None:
-    """The picture that a function makes; None if it makes none."""
+    """The picture that a function draws; None if it draws none."""
     figure = draw(*arguments)
     return None if figure is None else rendered(figure)
 

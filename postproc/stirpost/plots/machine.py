@@ -33,7 +33,7 @@ class Pair:
     computed: np.ndarray
 
     def rows(self) -> dict[str, tuple[float, float, float]]:
-        """Computed, measured, and the first less the second."""
+        """Computed and measured value and their difference, for each quantity."""
         both = self.computed, self.measured
         at = [int(np.abs(values).argmax()) for values in both]
         peak, mean = [values[k] for values, k in zip(both, at)], [over_time(self.time, values) for values in both]
@@ -75,7 +75,7 @@ def pairs(run: Run, log: Record, shift: float) -> list[Pair]:
     if log.others:
         run.warn(f"of the log without a unit that is understood: {', '.join(log.others)} (--unit gives it)")
     if not found:
-        raise ValueError("nothing of the log can be compared")
+        raise ValueError("no column of the log can be compared")
     return found
 
 
@@ -94,7 +94,7 @@ def lines(found: list[Pair]) -> list[str]:
 
 
 def table(found: list[Pair]) -> pd.DataFrame:
-    """A row a quantity, in SI units."""
+    """One row per quantity, in SI units."""
     rows = []
     for pair in found:
         row = {"quantity": pair.name, "unit": pair.unit, "from [s]": pair.time[0], "to [s]": pair.time[-1], "readings": len(pair.time)}

@@ -205,7 +205,7 @@ def tool_cut(tool: Mesh | None, axis: int, at: float) -> list[np.ndarray]:
 
 
 def field_map(views: list[View], kind: str, name: str, label: str, colours: Colormap, norm: Normalize, extend: str = "neither") -> Figure:
-    """All views of a kind in one figure with one colour bar, at one scale for all kinds: sections along the plate fit the page, and two
+    """All views of one kind in one figure with one colour bar, at one scale for all kinds: sections along the plate fit the page, and two
     across it."""
     figure, axes, strip = panels(views, kind)
     for axis, view in zip(axes, views):

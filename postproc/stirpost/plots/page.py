@@ -58,7 +58,7 @@ def asset(name: str) -> str:
 
 
 def embedded(picture: Picture) -> str:
-    """As WebP in base 64, a quarter of the size of the PNG beside the page."""
+    """The picture as WebP in base 64: a quarter of the size of the PNG."""
     from PIL import Image
 
     file = io.BytesIO()

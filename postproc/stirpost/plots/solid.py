@@ -33,7 +33,7 @@ def library() -> str:
 
 
 def pack(run: Run, frames: list[Frame], fields: list[Field]) -> str:
-    """Surfaces that the viewer draws, as JSON."""
+    """Surfaces for the viewer, as JSON."""
     names = [name for name, _, _, _ in fields]
     meshes = coarse_surfaces(run, frames, names)
     tools = [run.tool_mesh(frame) for frame in frames]
@@ -74,7 +74,7 @@ def coarse_surfaces(run: Run, frames: list[Frame], names: list[str]) -> list[Mes
 
 
 def thinned(mesh: Mesh) -> Mesh:
-    """With fewer triangles where there are too many: points in one cube of a lattice become one."""
+    """A mesh with fewer triangles, if it has too many: the points in one cube of a lattice are merged."""
     a, b, c = (mesh.points[mesh.corners[:, k]] for k in range(3))
     edge = np.sqrt(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / MOST_TRIANGLES)
     fewer = mesh

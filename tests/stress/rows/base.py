@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What every row of the stress tests has: cases, runs, checks against a pass figure."""
+"""Base of the rows of the stress tests: cases, runs, checks against bounds."""
 
 import dataclasses
 import math
@@ -31,7 +31,7 @@ class Check:
 
     @property
     def passes(self):
-        """The pass figure in words."""
+        """The bounds as text."""
         if math.isinf(self.at_most) and math.isinf(self.at_least):
             return "(not judged)"
         low, high = f">= {self.at_least:.3g}", f"<= {self.at_most:.3g}"
@@ -45,7 +45,7 @@ class Check:
 
 
 def yes(what, condition):
-    """A check that something is so."""
+    """A check of a condition."""
     return Check(what, float(bool(condition)), at_least=1.0)
 
 
@@ -90,5 +90,5 @@ class Row:
 
 
 def finite(history):
-    """A check that a history holds finite numbers alone."""
+    """A check that a history has finite numbers only."""
     return yes("finite", np.isfinite(history.rows).all())

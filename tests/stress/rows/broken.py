@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What goes wrong must be caught within a report interval, name a particle, and leave a state from before it."""
+"""Failures must be detected within a report interval, name a particle, and leave a checkpoint from before."""
 
 import shutil
 
@@ -13,7 +13,7 @@ CELL = 1e-3
 
 
 def finite_state(path):
-    """True if a checkpoint holds finite numbers alone."""
+    """True if a checkpoint has finite numbers only."""
     with h5py.File(path, "r") as file:
         return bool(np.isfinite(file["/particles/state"][:]).all())
 
@@ -28,7 +28,7 @@ def reported(done, folder, stem, status=driver.BROKEN):
 
 
 class BlowUp(Row):
-    """Runs that cannot go well."""
+    """Runs that must fail."""
 
     name = "blow_up"
     text = "too long a step, overflow, a block that leaves: status 3, a particle named, a finite checkpoint, 500 steps at most"

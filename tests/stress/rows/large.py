@@ -11,7 +11,7 @@ WARNING = "numerical fracture"
 
 
 class Fracture(Row):
-    """Neighbours that lose sight of each other at large stretch would break the bar."""
+    """Neighbouring particles that share no node at large stretch would break the bar."""
 
     name = "fracture"
     text = "affine stretch to 1.9: stress of the inner half within 5 % (cpgimp; others shown), no warning; to 4: warned of"
@@ -117,7 +117,7 @@ class CrushRigid(Row):
 
 
 class PulledFree(Row):
-    """A particle alone has nothing that pulls back: it flies with F/m."""
+    """A single particle has no internal force: its acceleration is F/m."""
 
     name = "pulled_free"
     text = "one particle pulled off a cube: both stay finite; free, it has the acceleration F/m to 0.1 %; energy never gained"

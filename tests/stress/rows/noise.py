@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Noise that no node sees, and noise from particles that cross cells."""
+"""Noise in the null space of the mapping to nodes, and noise of particles that cross cells."""
 
 import math
 
@@ -20,7 +20,7 @@ FILTERS = {
 
 
 class NullSpace(Row):
-    """Velocities +-v at quarter points are antisymmetric about every node."""
+    """Velocities +-v at quarter points, which are antisymmetric about every node and therefore invisible on the grid."""
 
     name = "null_space"
     text = "alternating velocities: FLIP keeps them for ever, PIC, XPIC and FMPM remove them in a step"

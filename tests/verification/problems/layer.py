@@ -16,7 +16,7 @@ import stirred_layer  # noqa: E402
 
 @functools.lru_cache
 def reference(layer, time):
-    """States at 0.95 of the time and at its end."""
+    """Reference states of the layer at 0.95 of the time and at the end."""
     return layer.at([0.95 * time, time])
 
 
