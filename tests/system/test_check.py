@@ -48,9 +48,9 @@ def ends(text):
 
 def numbers_of_a_particle(text):
     """Tag, position, velocity, mass, temperature, waiting heat, volume ratio, stress, elastic strain, plastic strain, its rate, flow
-    stress, temperature at falling asleep, room; then those of tools, of those that get hot, of graded cells and of two phases."""
+    stress, temperature at falling asleep, room, porosity; then those of tools, of those that get hot, of graded cells and of two phases."""
     text = re.sub("!.*", "", text)
-    common = 1 + 3 + 3 + 1 + 1 + 1 + 1 + 6 + 6 + 1 + 1 + 1 + 1 + 1
+    common = 1 + 3 + 3 + 1 + 1 + 1 + 1 + 6 + 6 + 1 + 1 + 1 + 1 + 1 + 1
     return common + 5 * ("&TOOL" in text) + 2 * ("HEATS" in text) + 3 * ("GRADED" in text) + 3 * ("'two-phase'" in text)
 
 
