@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Conduction between particles and nodes: nodal temperatures and heat fluxes.
 module heat_nodes
-  use base_kinds, only: nlane, rp
+  use base_kinds, only: nlane, pi, rp
   use base_world, only: world_t
   use boundary_symmetry, only: r_flux, r_heat, r_temperature, r_warming, reflect, restore
   use heat_exchange, only: add_conductances, add_exchange, exchange_t, films_need_pressure
@@ -264,7 +264,9 @@ contains
 
   !> Fraction by which differences of particle temperatures that the grid does not resolve are
   !> smoothed in a conduction step: z/(1 + z) with z = c kappa dt/spacing^2, as in an implicit step,
-  !> along the axis of the least spacing, where heat spreads first.
+  !> along the axis of the least spacing, where heat spreads first. Molten metal takes no friction
+  !> heat, but shares nodes with colder metal that does; its differences decay at their physical
+  !> rate.
   pure function smoothed_fraction(scene, block, dt) result(part)
     type(scene_t), intent(in) :: scene
     type(block_t), intent(in) :: block
@@ -280,7 +282,7 @@ contains
     end if
     associate (mat => scene%material(scene%body(block%body)%material), &
                temp => block%ps(:, f_temp))
-      part = smoothing*dt*mat%conductivity_at(temp) &
+      part = merge(pi**2, smoothing, temp > mat%t_melt)*dt*mat%conductivity_at(temp) &
              /(mat%rho*mat%specific_heat_at(temp)*spacing**2)
       part = part/(1.0_rp + part)
     end associate
