@@ -13,7 +13,7 @@ module heat_alone_files
   use heat_rates, only: b_film, b_source, n_heats
   use io_frames, only: frame_name, write_heat_frame, write_series
   use io_histories, only: row_t, table_t
-  use output_guards, only: melting_t
+  use output_guards, only: melting_json, melting_t
   use output_progress, only: progress_t
   use output_writer, only: next_time
   use simulation_scene, only: output_t, scene_t
@@ -33,7 +33,7 @@ module heat_alone_files
     real(rp) :: next_row = 0.0_rp, next_frame = 0.0_rp, next_checkpoint = 0.0_rp
     real(rp) :: secured = 0.0_rp              !! wall-clock time of the last checkpoint [s]
     integer(i8) :: saved_step = -1            !! step of the last checkpoint
-    type(melting_t) :: melting
+    type(melting_t), private :: melting
   contains
     procedure :: init, write_due, next_event, write_summary, sync
     procedure :: close => close_files
@@ -131,7 +131,8 @@ contains
     call self%history%write_row(columns%values())
     if (size(self%probe) > 0) call self%probes%write_row(probes%values())
     if (any(scene%material%t_melt < huge(1.0_rp))) then
-      call self%melting%update(run%heat%world, scene, sample_cells(scene, run), run%time)
+      call self%melting%update(run%heat%world, scene, sample_cells(scene, run), run%time, &
+                               run%molten)
     end if
     run%row_time = run%time
     run%row_heats = run%integrator%heats
@@ -232,7 +233,7 @@ contains
     call write_whole(scene%output%directory//'/'//scene%output%name//'_summary.json', '{'//nl// &
                      '  "cells": '//str(run%cells)//','//nl//'  "steps": '// &
                      str(run%integrator%steps - self%progress%first_step)//','//nl// &
-                     self%melting%json()//nl//'  "refused_steps": '// &
+                     melting_json(run%molten)//nl//'  "refused_steps": '// &
                      str(run%integrator%refused)//','//nl// &
                      '  "evaluations": '//str(run%heat%evaluations)//','//nl// &
                      '  "integrator": "'//trim(method_names(run%integrator%method))//'",'//nl// &

@@ -29,6 +29,8 @@ module heat_alone_state
     !> Heat of sources and films until the last history row [J].
     real(rp) :: row_heats(n_heats) = 0.0_rp
     integer(i8) :: rows = 0                  !! history rows written so far
+    !> Largest molten share of the mass and excess over a melting temperature so far [K].
+    real(rp) :: molten(2) = 0.0_rp
     logical :: lost_row = .false.            !! a row could not be written, on rank 0
     real(rp), allocatable :: frame_times(:)  !! times of the frames written so far [s]
     integer(i8) :: cells = 0                 !! cells in the solid, of all ranks
@@ -282,6 +284,7 @@ contains
       call s%pass_one(i%last, 'the last step [s]', 0.0_rp)
       call s%pass(n_heats, run%row_heats, 'a heat of the balance at the last row [J]')
       call s%pass_one(run%rows, 'the number of rows', 0.0_rp, counts)
+      call s%pass(size(run%molten), run%molten, 'the largest molten share or excess', 0.0_rp)
       call s%pass_one(frames, 'the number of frames', 0.0_rp, real(size(s%value), rp))
       if (s%is_read) run%frame_times = spread(0.0_rp, 1, merge(frames, 0, s%has_set()))
       call s%pass(size(run%frame_times), run%frame_times, 'the time of a frame [s]', 0.0_rp, &

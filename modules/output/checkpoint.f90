@@ -164,6 +164,9 @@ contains
                   -speed_of_light, speed_of_light)
       call pass_inertia(h%row_inertia, s)
       call pass_inertia(h%sort_inertia, s)
+      call s%pass_one(h%inertial_ratio, 'the largest inertial stress over flow stress', 0.0_rp)
+      call s%pass_one(h%early_force, 'the largest force on metal not reached [N]', 0.0_rp)
+      call s%pass(size(h%molten), h%molten, 'the largest molten share or excess', 0.0_rp)
       call s%pass(size(sim%pairs%kept), sim%pairs%kept, 'a normal between bodies')
     end associate
     call pass_tools(sim%clock, sim%tool, sim%backing, far, numbers)

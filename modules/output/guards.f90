@@ -21,7 +21,7 @@ module output_guards
   implicit none (type, external)
   private
 
-  public :: guards_t, melt_sample_t, melting_t
+  public :: guards_t, melt_sample_t, melting_json, melting_t
 
   !> Balance error over exchanged energy that causes a warning.
   real(rp), parameter :: warned_error = 0.01_rp
@@ -47,12 +47,10 @@ module output_guards
   end type guards_t
 
   type :: melting_t
-    real(rp) :: share = 0.0_rp     !! largest mass fraction above its melting temperature so far
-    real(rp) :: over = 0.0_rp      !! largest excess over the melting temperature so far [K]
     real(rp) :: ratio = 0.0_rp     !! largest temperature/melting temperature at the last row
     logical, private :: is_reported = .false.
   contains
-    procedure :: check_particles, json, update
+    procedure :: check_particles, update
   end type melting_t
 
   !> Molten mass and hottest particle or cell of one rank.
@@ -252,12 +250,13 @@ contains
   end subroutine check_torque
 
   !> Collective. Check the particles of deformable bodies at a row of the history.
-  subroutine check_particles(self, world, scene, clock, particles)
+  subroutine check_particles(self, world, scene, clock, particles, molten)
     class(melting_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(particles_t), intent(in) :: particles
+    real(rp), intent(inout) :: molten(2)   !! largest molten share and excess [K] so far
     type(melt_sample_t) :: sample
     real(rp) :: t_melt
     integer :: b, n, p
@@ -281,17 +280,18 @@ contains
             + sum(ps(:, f_mass), mask=ps(:, f_temp) > t_melt)
       end associate
     end do
-    call self%update(world, scene, sample, clock%time)
+    call self%update(world, scene, sample, clock%time, molten)
   end subroutine check_particles
 
   !> Collective. Update the maxima, and warn with the hottest position when metal is above its
   !> melting temperature for the first time.
-  subroutine update(self, world, scene, sample, time)
+  subroutine update(self, world, scene, sample, time, molten)
     class(melting_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(melt_sample_t), intent(in) :: sample
     real(rp), intent(in) :: time                     !! [s]
+    real(rp), intent(inout) :: molten(2)   !! largest molten share and excess [K] so far
     real(rp) :: sums(2), maxima(2)
     character(:), allocatable :: local_message, message
 
@@ -301,8 +301,7 @@ contains
     call world%max(maxima)
     self%ratio = maxima(2)
     if (maxima(1) <= 0.0_rp) return
-    self%share = max(self%share, sums(1)/max(sums(2), tiny(1.0_rp)))
-    self%over = max(self%over, maxima(1))
+    molten = max(molten, [sums(1)/max(sums(2), tiny(1.0_rp)), maxima(1)])
     if (self%is_reported) return
     self%is_reported = .true.
     local_message = ''
@@ -317,12 +316,12 @@ contains
   end subroutine update
 
   !> Two members of NAME_summary.json, each with its comma.
-  function json(self) result(text)
-    class(melting_t), intent(in) :: self
+  pure function melting_json(molten) result(text)
+    real(rp), intent(in) :: molten(2)   !! largest molten share and excess [K]
     character(:), allocatable :: text
 
-    text = '  "melted_share_max": '//str(self%share)//','//new_line('a')// &
-           '  "hottest_over_melting_K": '//str(self%over)//','
-  end function json
+    text = '  "melted_share_max": '//str(molten(1))//','//new_line('a')// &
+           '  "hottest_over_melting_K": '//str(molten(2))//','
+  end function melting_json
 
 end module output_guards

@@ -16,20 +16,18 @@ module output_warnings
   implicit none (type, external)
   private
 
-  public :: warnings_t
+  public :: log_inertial_stress, warnings_t
 
   !> Warnings given so far, and what they depend on.
   type :: warnings_t
-    type(melting_t) :: melting
+    type(melting_t), private :: melting
     type(guards_t), private :: guards
     integer(i8), private :: reported_refused = 0     !! refused steps reported so far
-    real(rp), private :: inertial_ratio = 0.0_rp     !! largest inertial stress over flow stress
-    real(rp), private :: early_force = 0.0_rp  !! largest force on metal not reached, all tools [N]
     logical, private :: has_inertia = .false., has_returns = .false., has_fracture = .false., &
                         has_sleep = .false., has_debris = .false.
     logical, allocatable, private :: has_validity(:)   !! warnings of the flow laws given so far
   contains
-    procedure :: check, log_inertial_stress
+    procedure :: check
   end type warnings_t
 
 contains
@@ -57,10 +55,11 @@ contains
                                              'the last one is '//str(sim%clock%dt)//' s')
     end if
     call warn_validity(self, sim%world, sim%scene, sim%clock, sim%budget)
-    call self%melting%check_particles(sim%world, sim%scene, sim%clock, sim%particles)
+    call self%melting%check_particles(sim%world, sim%scene, sim%clock, sim%particles, &
+                                      sim%history%molten)
     inertia = 0.01_rp*columns%value('inertial_stress_over_flow')
-    self%inertial_ratio = max(self%inertial_ratio, inertia)
-    self%early_force = max(self%early_force, &
+    sim%history%inertial_ratio = max(sim%history%inertial_ratio, inertia)
+    sim%history%early_force = max(sim%history%early_force, &
       sum([(columns%value(trim(sim%tool(k)%name)//'_early_force'), k=1, size(sim%tool))]))
     call warn_once(self%has_inertia, sim%world, inertia > sim%scene%method%inertial_fraction .and. &
                    sim%clock%mass_scaling > 1.0_rp .and. .not. sim%scene%method%adapts_mass, at// &
@@ -68,7 +67,7 @@ contains
                    str(columns%value('inertial_stress_over_flow'))// &
                    ' % of the flow stress somewhere (KE/IE '// &
                    str(columns%value('kinetic_over_internal'))//' %): try a MASS_SCALING of '// &
-                   str(allowed_scaling(self, sim%scene, sim%clock, sim%history)))
+                   str(allowed_scaling(sim%scene, sim%clock, sim%history)))
     sleep_loss = abs(columns%value('sleep_loss'))/max(sim%history%audit_scale, tiny(1.0_rp))
     call warn_once(self%has_sleep, sim%world, sleep_loss > max_sleep_loss, at// &
                    'sleeping material has taken '//str(100.0_rp*sleep_loss)// &
@@ -126,14 +125,13 @@ contains
   !> Mass scaling at which inertial stress and inertial part of the loads would have stayed at their
   !> limit so far: for prescribed velocities they are proportional to the scaling, while waves run
   !> to its root.
-  pure real(rp) function allowed_scaling(self, scene, clock, history)
-    type(warnings_t), intent(in) :: self
+  pure real(rp) function allowed_scaling(scene, clock, history)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(history_t), intent(in) :: history
 
     allowed_scaling = max(1.0_rp, clock%mass_scaling*scene%method%inertial_fraction &
-                          /max(self%inertial_ratio, part_of_loads(history), epsilon(1.0_rp)))
+                          /max(history%inertial_ratio, part_of_loads(history), epsilon(1.0_rp)))
   end function allowed_scaling
 
   !> Largest inertial load of a row over the largest load of the tools.
@@ -188,31 +186,30 @@ contains
   end function separation_in_block
 
   !> Log the largest inertial stress of mass scaling at the end of a run.
-  subroutine log_inertial_stress(self, scene, clock, history)
-    class(warnings_t), intent(in) :: self
+  subroutine log_inertial_stress(scene, clock, history)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(history_t), intent(in) :: history
     character(:), allocatable :: text
 
     if (.not. (scene%method%adapts_mass .or. clock%mass_scaling > 1.0_rp)) return
-    if (max(self%inertial_ratio, part_of_loads(history)) <= 0.0_rp) then
+    if (max(history%inertial_ratio, part_of_loads(history)) <= 0.0_rp) then
       call log_line('no metal with strength has flowed: the mass scaling cannot be assessed')
       return
     end if
-    text = 'inertial stress up to '//str(100.0_rp*self%inertial_ratio)// &
+    text = 'inertial stress up to '//str(100.0_rp*history%inertial_ratio)// &
       ' % of the flow stress, inertial force or power up to '// &
       str(100.0_rp*part_of_loads(history))//' % of the largest of the tools'
     if (scene%method%adapts_mass) then
       call log_line(text//', mass scaling '//str(clock%mass_scaling)//' in the end')
     else
-      call log_line(text//': MASS_SCALING = '//str(allowed_scaling(self, scene, clock, history))// &
+      call log_line(text//': MASS_SCALING = '//str(allowed_scaling(scene, clock, history))// &
                     ' would make that '//str(100.0_rp*scene%method%inertial_fraction)//' %')
     end if
     if (history%row_inertia%load(1) > 0.0_rp) call log_line('loads on the tools act up to '// &
       str(contact_relaxation(clock, maxval(scene%grid%h)))// &
       ' s early, since gaps close slowly: metal that they have not reached bears up to '// &
-      str(100.0_rp*self%early_force/history%row_inertia%load(1))//' % of the largest force')
+      str(100.0_rp*history%early_force/history%row_inertia%load(1))//' % of the largest force')
   end subroutine log_inertial_stress
 
 end module output_warnings

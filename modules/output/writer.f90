@@ -11,10 +11,11 @@ module output_writer
   use output_checkpoint, only: save_checkpoint
   use output_diagnostics, only: is_finite
   use output_error_norms, only: error_headings, has_fields, make_error_row
+  use output_guards, only: melting_json
   use output_history, only: faces_json, history_headings, log_faces, make_history_row
   use output_microstructure, only: frame_outputs, pack_outputs
   use output_progress, only: progress_t
-  use output_warnings, only: warnings_t
+  use output_warnings, only: log_inertial_stress, warnings_t
   use particles_tracers, only: n_seen
   use physics_flow_law, only: law_output_t
   use simulation_parts, only: history_t, simulation_t
@@ -265,10 +266,10 @@ contains
     type(simulation_t), intent(in) :: sim
     type(error_t), intent(inout) :: error
 
-    call self%progress%write_summary(sim, self%warnings%melting%json()// &
+    call self%progress%write_summary(sim, melting_json(sim%history%molten)// &
                                      faces_json(sim%scene, sim%tool, sim%history), error)
     if (sim%world%is_root() .and. .not. sim%scene%output%is_quiet) then
-      call self%warnings%log_inertial_stress(sim%scene, sim%clock, sim%history)
+      call log_inertial_stress(sim%scene, sim%clock, sim%history)
       call log_faces(sim%scene, sim%tool, sim%history)
     end if
   end subroutine write_summary

@@ -127,6 +127,11 @@ module simulation_parts
     real(rp), allocatable :: row_impulse(:, :)   !! impulses of conditions at the last row [N s]
     type(inertia_t) :: row_inertia           !! from row to row
     type(inertia_t) :: sort_inertia          !! from sort to sort, for adaptive mass scaling
+    ! Largest values at rows so far.
+    real(rp) :: inertial_ratio = 0.0_rp      !! inertial stress over flow stress
+    real(rp) :: early_force = 0.0_rp         !! force of all tools on metal not reached [N]
+    !> Molten share of the mass, excess over a melting temperature [K].
+    real(rp) :: molten(2) = 0.0_rp
   end type history_t
 
   !> State of a simulation. Each part belongs to the library of its type; procedures of lower

@@ -105,6 +105,22 @@ def test_molten_metal_is_reported(run, scene, sets):
     assert summary["melted_share_max"] > 0 and summary["hottest_over_melting_K"] > 0
 
 
+@pytest.mark.parametrize("scene, sets, ends", [
+    ("heat_bar", {"MATERIAL.T_MELT": 390, "OUTPUT.HISTORY_INTERVAL": 0.05}, (0.1, 0.3)),
+    ("heat_slab", {"MATERIAL.T_MELT": 390, "OUTPUT.HISTORY_INTERVAL": 0.1}, (0.3, 1.0)),
+])
+def test_a_restart_keeps_what_was_molten(run, scene, sets, ends):
+    """Exact: the summary of a run that was stopped and continued has the molten metal of its first part; it cools all the time."""
+    def molten(done):
+        summary = done.results(scene).summary()
+        return summary["melted_share_max"], summary["hottest_over_melting_K"]
+
+    whole = molten(run(scene, "--quiet", sets=sets | {"TIME.END": ends[1]}))
+    part = run(scene, "--quiet", "--overwrite", sets=sets | {"TIME.END": ends[0]})
+    path = part.results(scene).path("_checkpoint.h5")
+    assert molten(part) == molten(run(None, "--quiet", "--restart", path, sets={"TIME.END": ends[1]})) == whole > (0, 0)
+
+
 def test_solid_metal_is_not_reported(run):
     """Nothing is said of metal below melting, and the summary says 0."""
     done = run("block", sets={"TIME.MAX_STEPS": 2})
