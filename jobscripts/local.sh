@@ -166,7 +166,7 @@ build_program() {
   fi
   cd "$root" # presets are read from the current directory
   stage "Configuring build/release"
-  logged configure cmake --preset release -D STIRPOINT_PYTHON="$venv/bin/python"
+  logged configure cmake --preset release
   stage "Building with $(nproc) jobs"
   logged build cmake --build --preset release --parallel "$(nproc)"
   cd "$start"
@@ -243,9 +243,8 @@ run_tests() {
   prepare tests
   mpi_environment
   export PATH="$venv/bin:$PATH"
-  stage "Tests of the program" # those of stress come with the whole runs, on all cores
-  ctest --test-dir "$build" --parallel "$(nproc)" --output-on-failure --no-tests=error \
-    --label-exclude stress ||
+  stage "Tests of the program"
+  ctest --test-dir "$build" --parallel "$(nproc)" --output-on-failure --no-tests=error ||
     fail "TESTS FAILED: of the program (see above)"
   stage "Tests of the post-processing"
   "$venv/bin/python" -m pytest -q -p no:cacheprovider -n "$(nproc)" --dist worksteal --tier "$tier" "$root/postproc/tests" ||
