@@ -5,6 +5,7 @@ import hashlib
 import json
 import os
 import pathlib
+import random
 import re
 import shutil
 import subprocess
@@ -39,6 +40,27 @@ def test_scene_runs_as_it_is(run, tmp_path, scene):
         solidus = float(re.search(r"T_MELT = (\d+)", checked.out).group(1))
         assert history["time[s]"][-1] == end["TIME.END"]
         assert 400 < history["temperature_max[K]"].max() < solidus
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("scene", SCENES)
+def test_drawn_settings_run(run, tmp_path, scene):
+    """Other settings than those printed, drawn at random, pass the first 200 steps: spin, travel and tilt by half less to half more, cells
+    of 0.8 to 1.25 times."""
+    seed = int(os.environ.get("STIRPOINT_SEED", 1))
+    draw = random.Random(f"{scene} {seed}").uniform
+    factors = {key: draw(0.5, 1.5) for key in ("SPIN_RPM", "VELOCITY", "SPEED", "TILT_DEG")} | {"CELL": draw(0.8, 1.25)}
+    print(seed, factors)
+
+    def scaled(match):
+        return match[1] + ", ".join(f"{factors[match[2]] * float(number):.6g}" for number in match[3].split(","))
+
+    text = re.sub(r"(\b(SPIN_RPM|VELOCITY|SPEED|TILT_DEG|CELL) = )([-+.\de]+(?:, [-+.\de]+)?)", scaled, run(None, "--new", scene).out)
+    (tmp_path / "my.nml").write_text(text, encoding="utf-8")
+    for name in re.findall(r"FILE = '(.*?)'", text):
+        (tmp_path / name).write_text(run(None, "--new", name).out, encoding="utf-8")
+    done = run("my.nml", "--quiet", sets={"TIME.MAX_STEPS": 200})
+    assert len(done.results("my").history()["time[s]"]) > 1
 
 
 def test_lights_are_of_the_scenes_as_they_are(run):
