@@ -2,10 +2,15 @@
 """Mass scaling that follows the inertial stress: cheaper, close to a constant one, books closed."""
 
 import re
+import sys
 
 import driver
 import numpy as np
 import pytest
+
+sys.path.insert(0, str(driver.ROOT / "postproc"))
+from stirpost.analysis import alarms  # noqa: E402
+from stirpost.run import Run  # noqa: E402
 
 # stir.nml: plunge at 970 rpm, then slower
 SLOWER = {"MOTION(1).VELOCITY": "0,0,-8e-3", "MOTION(2).SPIN_RPM": "300", "OUTPUT.FRAME_INTERVAL": "0",
@@ -208,6 +213,7 @@ def test_inertial_loads_bound_the_error(run, tmp_path, case):
         early = means(f"{tool}_early_force[N]").max() / largest
         print(case, factor, error, part, early, done.out[-400:])
         assert error < part < 5.0 * error, (factor, error, part)
+        assert error < 0.01 * sum(alarms.parts_of_loads(Run(done.results(name).directory))), "the light of the report"
         assert part + early < 9.0 * error, (factor, error, part, early)
         said = float(re.search(r"inertial force or power up to (\S+) %", done.out).group(1))
         assert said > 90.0 * part, "rows are shorter than the means"
@@ -240,6 +246,7 @@ def test_error_of_a_travelling_disc_is_bounded(run, tmp_path, seed):
         part_early = float(re.search(r"not reached bears up to (\S+) %", done.out).group(1)) / 100.0
         print(factor, "error", error / largest, "inertial part", part, "on metal not reached", part_early)
         assert 0.01 < error / largest < part + part_early < 5.0 * error / largest
+        assert error / largest < 0.01 * sum(alarms.parts_of_loads(Run(done.results("stir").directory))), "the light of the report"
 
 
 @pytest.mark.parametrize("sets, message", [
