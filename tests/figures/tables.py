@@ -362,7 +362,7 @@ def reported_of_welds():
 
 
 def cut_welds():
-    """Settings whose voids were looked for: the weld, and whether it is closed or not as reported; a hole of a pore is none."""
+    """Settings with a search for voids: the weld, and whether the computed result, closed or not, is the reported one; a pore counts as closed."""
     rows = [row for row in measures.lines(measures.ROOT / WELDS) if "void" in row and not {"variant", "set"} & row.keys()]
     known = [(row, *settings_of_welds()[row["weld"]]) for row in rows]
     return [(weld, (row["void"] < 1.5 * row["void_resolved"]) == told["closed"]) for row, weld, told in known if "closed" in told]

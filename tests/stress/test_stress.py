@@ -37,8 +37,8 @@ def test_two_ranks(tmp_path):
 
 
 def test_record_merges_runs_of_different_times(tmp_path):
-    """Exact: of a case that was run twice the later counts, whatever no row has any more goes, the page counts
-    failures and says what is lacking."""
+    """Exact: of a case that was run twice the later result is kept, cases that no row has are removed, and the page counts
+    failures and lists cases that were not run."""
     lines, page = tmp_path / "lines.jsonl", tmp_path / "page.md"
     good, bad = Check("gap", 1.0, at_most=2.0), Check("gap", 3.0, at_most=2.0)
     for label, ranks, check in (("flight", 2, good), ("flight", 1, bad), ("gone", 1, bad), ("flight", 1, good)):

@@ -154,7 +154,7 @@ class Missing:
         return distance_transform_edt(~core) <= STEPS if core.any() else core
 
     def found_seams(self) -> np.ndarray:
-        """Plates and rods whose metal outside of holes is too loose by itself, without a layer of a particle at the bottom and the lid."""
+        """Centres of plates and rods that are too empty even without the holes in them; a layer of one particle at the bottom and the lid is left out."""
         holes = self.around(self.core)
         inner = np.where(holes, 0.0, self.missing)
         inner[:, :, :STEPS] = inner[:, :, -STEPS:] = 0.0

@@ -65,7 +65,7 @@ def parse(arguments):
 
 
 def run_program(words: list, directory: Path) -> dict[str, Table]:
-    """Curves by name."""
+    """Curves that `stirpoint --material` writes for an input, by name."""
     done = program.run(["--material", *words, "--quiet", "--output", directory / "curves"])
     if done.returncode != 0:
         raise Failure(done.stderr.strip() or "stirpoint --material failed")

@@ -31,7 +31,7 @@ class Broken(Exception):
 
 @dataclass
 class Trials:
-    """Runs in `folder`, of which at most `most` may be new; a run is known again by input, keys and program."""
+    """Runs in `folder`, of which at most `most` may be new; a run with the same input, keys and program is not repeated."""
 
     path: Path
     folder: Path

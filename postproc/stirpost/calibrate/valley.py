@@ -165,7 +165,7 @@ def room(scaled: np.ndarray, heading: np.ndarray) -> float:
 
 
 def picture(valley: Valley):
-    """The sum of squares along the valley, and what each curve and target differs by, in standard uncertainties."""
+    """The sum of squares along the valley, and the difference of each curve and target in standard uncertainties."""
     path = [there for there in valley.path() if there.residuals is not None]
     ways = np.array([valley.distance(there) for there in path])
     figure = look.new_figure(9.0, 6.4)
