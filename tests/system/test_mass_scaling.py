@@ -252,7 +252,7 @@ def test_error_of_a_travelling_disc_is_bounded(run, tmp_path, seed):
 @pytest.mark.parametrize("sets, message", [
     ({"TIME.MASS_SCALING_RANGE": "10,5"}, "two factors of at least 1"),
     ({"TIME.MASS_SCALING_RANGE": "0.5,5"}, "two factors of at least 1"),
-    ({"TIME.MASS_SCALING_RANGE": "1,1e6", "TIME.DT": "1e-6"}, "of no use with DT"),
+    ({"TIME.MASS_SCALING_RANGE": "1,1e6", "TIME.DT": "1e-6"}, "has no effect with DT"),
     ({"TIME.MASS_SCALING_RANGE": "1,5"}, "must be within MASS_SCALING_RANGE"),
     ({"TIME.MASS_SCALING_RANGE": "1e6,1e7"}, "must be within MASS_SCALING_RANGE"),
 ])
