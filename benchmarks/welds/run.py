@@ -47,7 +47,7 @@ TRAVEL = 2.0       # distance of travel [radii of the shoulder]
 SCALING = 3e6      # of mass, where a weld has none of its own
 # Cells over thin and thick sheets, of whole layers of particles, and a factor of the mass scaling.
 RULE = (2.5, 4, 1.0)
-VARIANTS = {"coarse": (2, 3, 1.0), "fine": (3, 5, 1.0), "finest": (4, 6, 1.0), "light": (2.5, 4, 1 / 3)}
+VARIANTS = {"coarse": (2, 3, 1.0), "fine": (3, 5, 1.0), "light": (2.5, 4, 1 / 3)}
 
 
 def weld(metal, thickness, shoulder, pin, length, rpm, speed, tilt=2.0, concavity=0.0, probe=None,

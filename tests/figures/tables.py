@@ -273,7 +273,7 @@ def kept(path, title):
 
 WELDS, RULE, REPORTED = (f"benchmarks/welds/{name}" for name in ("results.jsonl", "rule.jsonl", "reported.json"))
 SHOWN = (("torque", "torque [N m]", "{:.0f}"), ("force", "axial force [kN]", "{:.0f}"), ("power", "power [kW]", "{:.1f}"))
-MEANT = {"coarse": "larger cells", "fine": "cells of 1/3, 1/5 of the sheet", "finest": "cells of 1/4, 1/6 of the sheet", "light": "a third of the mass scaling"}
+MEANT = {"coarse": "larger cells", "fine": "cells of 1/3, 1/5 of the sheet", "light": "a third of the mass scaling"}
 
 
 def shown_welds():
