@@ -3,6 +3,7 @@
 
 import json
 import pathlib
+import shutil
 import subprocess
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -16,9 +17,9 @@ def machine():
 
 
 def version():
-    """Commit of the working tree."""
+    """Commit of the working tree; unknown without git."""
     words = ["git", "-C", str(ROOT), "describe", "--always", "--dirty=+", "--exclude=*"]
-    return subprocess.run(words, capture_output=True, text=True, check=False).stdout.strip() or "unknown"
+    return (subprocess.run(words, capture_output=True, text=True, check=False).stdout.strip() if shutil.which("git") else "") or "unknown"
 
 
 def show(title, rows):

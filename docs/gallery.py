@@ -80,7 +80,7 @@ def stale() -> list[str]:
     for name in sorted(made, key=lambda name: made[name]["cpu_seconds"]):
         of = made[name]
         words = ["git", "-C", str(ROOT), "rev-list", "--count", f"{of['commit']}..HEAD", "--", "modules", *(f"share/stirpoint/{name}.nml" for name in ("materials", "pairs"))]
-        since = subprocess.run(words, capture_output=True, text=True).stdout.strip() or "unknown"
+        since = (subprocess.run(words, capture_output=True, text=True).stdout.strip() if shutil.which("git") else "") or "unknown"
         other = ["another input"] * (of["input"] != digest(SCENES[name][0])) + [f"{since} commits to the program since"] * (since != "0")
         if other:
             lines.append(f"{name} ({of['cpu_seconds']} s of processor time): {', '.join(other)}")
