@@ -63,16 +63,22 @@ def test_a_section_is_metal_where_the_metal_is():
     assert np.isnan(picture[~view.inside]).all() and np.abs(picture[view.inside] - there).max() < 0.75 * H
 
 
-def test_bodies_have_surfaces_of_their_own(tmp_path):
+@pytest.mark.parametrize("contact", (False, True))
+def test_bodies_that_move_as_one_share_a_surface(tmp_path, contact):
+    """Bodies whose particles are mixed at random fill a plate without a hole in its section; bodies with a &CONTACT have surfaces of their own."""
     directory = tmp_path / "two.out"
     directory.mkdir()
     one = synthetic.lattice(H, (0.01, 0.01, 0.004))
     points = np.vstack([one, one + [0.0, 0.0, 0.004]])
-    body = np.repeat([1, 2], len(one)).astype(np.int32)
-    synthetic.write_frame(directory / "two_000000.hdf", points, {"body": body}, 0.0)
+    body = np.repeat([1, 2], len(one)) if contact else np.random.default_rng(7).integers(1, 3, 2 * len(one))
+    synthetic.write_frame(directory / "two_000000.hdf", points, {"body": body.astype(np.int32)}, 0.0, attributes={"body_names": [b"One", b"two"]},
+                          input_text="&CONTACT BODY = 'one', OTHER = 'two' /\n" if contact else "")
     run = Run(directory)
-    mesh = surface.metal(run, run.frames[0], []).to_pyvista()
-    assert len(mesh.split_bodies()) == 2 and set(np.unique(mesh["body"])) == {1, 2}
+    mesh = surface.metal(run, run.frames[0], [])
+    assert len(mesh.to_pyvista().split_bodies()) == 1 + contact
+    if not contact:
+        view = maps.section(maps.View(run.frames[0], points.min(axis=0), points.max(axis=0), "", mesh, axis=0), points, 0.005, H)
+        assert view.inside[3:-3, 3:-3].all()
 
 
 def test_from_above_x_is_to_the_right_and_y_up():

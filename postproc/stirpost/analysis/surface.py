@@ -43,7 +43,8 @@ def reconstruct(points: np.ndarray, spacing: float, fields: dict[str, np.ndarray
 
 
 def metal(run: Run, frame: Frame, names: list[str], coarser: float = 1.0) -> Mesh:
-    """The surfaces of all bodies of a frame, each by itself, with the fields `names`; not to be moved, as others have them too."""
+    """The surfaces of the metal of a frame with the fields `names`: one around the bodies that move as one, since a surface around each
+    has holes where they are mixed; not to be moved, as others have them too."""
     return kept(run, frame, tuple(names), coarser)
 
 
@@ -52,13 +53,20 @@ def kept(run: Run, frame: Frame, names: tuple[str, ...], coarser: float) -> Mesh
     points, body = frame.points(), frame.bodies()
     fields = {name: frame.field(name) for name in names}
     parts = []
-    for number in np.unique(body):
-        own = body == number
-        own_fields = {name: values[own] for name, values in fields.items()}
-        part = reconstruct(points[own], run.spacing_of(number), own_fields, coarser)
-        part.data["body"] = np.full(len(part.points), number + 1)
-        parts.append(part)
+    for (spacing, _), numbers in joined(run, frame).items():
+        own = np.isin(body, numbers)
+        parts.append(reconstruct(points[own], spacing, {name: values[own] for name, values in fields.items()}, coarser))
     return merged(parts)
+
+
+def joined(run: Run, frame: Frame) -> dict[tuple[float, str], list[int]]:
+    """Numbers of the bodies that share a surface, by their spacing of particles and, with a &CONTACT, which keeps a body apart, its name."""
+    apart = {str(group.get(key, "")).lower() for group in run.scene.groups("contact") for key in ("body", "other")}
+    shared: dict[tuple[float, str], list[int]] = {}
+    for number in np.unique(frame.bodies()).tolist():
+        name = frame.body_names[number].lower() if number < len(frame.body_names) else ""
+        shared.setdefault((run.spacing_of(number), name if name in apart else ""), []).append(number)
+    return shared
 
 
 def silhouette(tool: Mesh) -> list[np.ndarray]:
