@@ -7,13 +7,13 @@ module boundary_clamp_list
   use boundary_clamps, only: box_has, slack
   use grid_geometry, only: wrap
   use simulation_nodes, only: append, nodes_t
-  use simulation_parts, only: boundary_t, column_t, simulation_t
+  use simulation_parts, only: boundary_t, column_nodes_t, column_t, simulation_t
   use simulation_run, only: clock_t
   use simulation_scene, only: scene_t
   implicit none (type, external)
   private
 
-  public :: list_clamps
+  public :: list_clamps, list_nodes_in_front
 
 contains
 
@@ -31,6 +31,7 @@ contains
                                                          sim%boundary%listed_column)
     sim%boundary%n_fixed = 0
     sim%boundary%n_columns = 0
+    sim%boundary%in_front%is_cut = .false.
     do r = 1, sim%nodes%n_ranges
       do q = sim%nodes%range(1, r), sim%nodes%range(2, r)
         if (sim%boundary%is_held(q)) cycle   ! behind a mirror
@@ -58,7 +59,6 @@ contains
     integer, intent(in) :: axis
     real(rp), allocatable :: columns(:, :)   ! lane 1: this rank stores the whole column of the
                                              ! node; lane 2: only a part of it
-    logical, allocatable :: is_known(:)
     integer :: i, k, lane
 
     allocate (columns(8, nodes%patch%nn), source=0.0_rp)
@@ -71,14 +71,55 @@ contains
         end do
       end associate
     end do
+    call share_columns(world, nodes, columns, boundary%along(axis))
+  end subroutine list_column_nodes
+
+  !> Collective. List the nodes used in steps in front of those on walls with friction, which
+  !> changes the velocities of both: a rank may use the former and not the latter.
+  subroutine list_nodes_in_front(sim)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), allocatable :: columns(:, :)   ! as in list_column_nodes
+    logical :: used(sim%nodes%patch%nn)
+    integer :: c, lane, on(3), q, r
+
+    if (all(sim%scene%symmetry%friction_coefficient <= 0.0_rp)) return
+    allocate (columns(8, sim%nodes%patch%nn), source=0.0_rp)
+    used = .false.
+    do r = 1, sim%nodes%n_ranges
+      used(sim%nodes%range(1, r):sim%nodes%range(2, r)) = .true.
+    end do
+    do q = 1, size(used)
+      if (.not. used(q)) cycle
+      do c = 1, size(sim%scene%symmetry)
+        associate (wall => sim%scene%symmetry(c), patch => sim%nodes%patch)
+          if (wall%friction_coefficient <= 0.0_rp) cycle
+          on = patch%indices(q)
+          if (on(wall%axis) /= wall%row + merge(1, -1, wall%faces_up)) cycle
+          on(wall%axis) = wall%row
+          lane = 2
+          if (patch%all%has(on)) lane = merge(1, 2, used(patch%node(on)))
+          columns(lane, q) = 1.0_rp
+        end associate
+      end do
+    end do
+    call share_columns(sim%world, sim%nodes, columns, sim%boundary%in_front)
+  end subroutine list_nodes_in_front
+
+  !> Collective. List the nodes of `columns` (list_column_nodes) of all ranks.
+  subroutine share_columns(world, nodes, columns, list)
+    type(world_t), intent(in) :: world
+    type(nodes_t), intent(inout) :: nodes
+    real(rp), intent(inout) :: columns(8, nodes%patch%nn)
+    type(column_nodes_t), intent(inout) :: list
+    logical :: is_known(nodes%patch%nn)
+    integer :: i
+
     is_known = columns(1, :) > 0.0_rp .and. columns(2, :) <= 0.0_rp
     call nodes%halo%sum(world, 8, nodes%patch%nn, columns)
-    associate (along => boundary%along(axis))
-      along%node = pack([(i, i=1, nodes%patch%nn)], maxval(columns(1:2, :), 1) > 0.0_rp)
-      along%is_known = is_known(along%node)
-      along%is_cut = .not. world%all_true(all(along%is_known))
-    end associate
-  end subroutine list_column_nodes
+    list%node = pack([(i, i=1, nodes%patch%nn)], maxval(columns(1:2, :), 1) > 0.0_rp)
+    list%is_known = is_known(list%node)
+    list%is_cut = .not. world%all_true(all(list%is_known))
+  end subroutine share_columns
 
   !> List node `q` if clamp `c` holds it, and the columns through it.
   subroutine list_node(sim, c, q)

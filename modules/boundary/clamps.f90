@@ -43,17 +43,16 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: fraction                 !! 1, or 0 for clamps at rest
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    integer, parameter :: velocities(6) = [1, 2, 3, 5, 6, 7]
     integer :: axis, k
 
     do k = 1, sim%nodes%n_groups
       if (sim%scene%is_rigid_group(k)) cycle
       call apply_wall_friction(sim, g(:, :, k))
+      call copy_columns(sim%world, sim%nodes, sim%boundary%in_front, velocities, g(:, :, k))
       do axis = 1, 3
         call hold_columns(sim, axis, fraction, g(:, :, k))
-        if (sim%boundary%along(axis)%is_cut) then
-          call copy_columns(sim%world, sim%nodes, sim%boundary%along(axis), [1, 2, 3, 5, 6, 7], &
-                            g(:, :, k))
-        end if
+        call copy_columns(sim%world, sim%nodes, sim%boundary%along(axis), velocities, g(:, :, k))
       end do
       call hold_nodes(sim, fraction, g(:, :, k))
     end do
@@ -234,19 +233,21 @@ contains
     if (total > 0.0_rp) jump = w*inverse*(value*total - v)/sum(w*w*inverse)
   end function jumps
 
-  !> Collective. Copy the lanes `lanes` of the nodes of columns along one axis from the ranks that
-  !> store these columns whole.
+  !> Collective. Where ranks cut columns, copy the lanes `lanes` of their nodes from the ranks that
+  !> use these columns whole.
   subroutine copy_columns(world, nodes, along, lanes, g)
     type(world_t), intent(in) :: world
     type(nodes_t), intent(inout) :: nodes
     type(column_nodes_t), intent(in) :: along
     integer, intent(in) :: lanes(:)
     real(rp), intent(inout) :: g(8, nodes%patch%nn)
-    real(rp) :: values(size(lanes), size(along%node))
+    real(rp), allocatable :: values(:, :)
     integer, allocatable :: place(:)
     integer :: e, n
 
+    if (.not. along%is_cut) return
     n = size(along%node)
+    allocate (values(size(lanes), n))
     allocate (place(nodes%patch%nn), source=0)
     place(along%node) = [(e, e=1, n)]
     do e = 1, n
@@ -286,10 +287,8 @@ contains
             end do
           end associate
         end do
-        if (sim%boundary%along(axis)%is_cut) then
-          call copy_columns(sim%world, sim%nodes, sim%boundary%along(axis), [5, 6, 7], &
-                            increment(:, :, k))
-        end if
+        call copy_columns(sim%world, sim%nodes, sim%boundary%along(axis), [5, 6, 7], &
+                          increment(:, :, k))
       end do
       do i = 1, sim%boundary%n_fixed
         associate (v => increment(5:7, sim%boundary%fixed(1, i), k))

@@ -3,7 +3,7 @@
 module run_regrid
   use base_kinds, only: i8, nlane, rp
   use base_world, only: world_t
-  use boundary_clamp_list, only: list_clamps
+  use boundary_clamp_list, only: list_clamps, list_nodes_in_front
   use boundary_symmetry, only: list_mirrors, narrow_mirrors
   use grid_geometry, only: box_t, halo, storage_nodes
   use grid_neighbours, only: dilate
@@ -175,6 +175,7 @@ contains
                      sim%particles%n_mapped < sim%particles%nblk)
       call narrow_mirrors(sim%nodes, sim%boundary)
     end if
+    call list_nodes_in_front(sim)
     call assign_probes(sim%scene%grid, sim%nodes%patch, sim%probes)
   end subroutine update_lists
 

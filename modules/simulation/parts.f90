@@ -38,11 +38,11 @@ module simulation_parts
   end type column_t
 
   !> Nodes of all columns along one axis that this rank stores, including columns that only other
-  !> ranks list.
+  !> ranks list, or nodes in front of those on walls with friction.
   type :: column_nodes_t
     integer, allocatable :: node(:)
-    logical, allocatable :: is_known(:)  !! this rank stores the whole column of each node
-    logical :: is_cut = .false.  !! some rank does not store the whole columns of all its nodes
+    logical, allocatable :: is_known(:)  !! this rank uses the whole column of each node
+    logical :: is_cut = .false.  !! some rank does not use the whole columns of all its nodes
   end type column_nodes_t
 
   !> Nodes behind symmetry planes and their mirror nodes (boundary_symmetry).
@@ -71,6 +71,7 @@ module simulation_parts
     !> `column` with the columns that are released near tools.
     type(column_t), allocatable :: listed_column(:)
     type(column_nodes_t) :: along(3)          !! nodes of the columns along each axis
+    type(column_nodes_t) :: in_front          !! nodes in front of those on walls with friction
     type(mirrors_t) :: mirrors                !! mirror nodes used in steps
     type(mirrors_t) :: resting_mirrors        !! mirror nodes of all particles, if some sleep
   end type boundary_t

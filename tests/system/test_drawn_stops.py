@@ -56,13 +56,14 @@ def test_stops_at_any_step(tmp_path, seed):
     assert worst_column(whole.history(), other.history())[1] < 1e-7
 
 
-@pytest.mark.parametrize("stop", [304, random.Random(1).randint(100, 400)])
-def test_contact_history_on_other_ranks(tmp_path, stop):
-    """Exact: what a particle keeps of its last contact does not depend on a sort, which other ranks need at the restart."""
+@pytest.mark.parametrize("stop, ranks", [(304, 2), (random.Random(1).randint(100, 400), 3)])
+def test_contact_history_on_other_ranks(tmp_path, stop, ranks):
+    """Exact: what a particle keeps of its last contact does not depend on a sort, which other ranks need at the restart, nor
+    friction of a wall on whether the rank of a particle stores the node on the wall behind the last one that it reaches (3 ranks)."""
     for name in ("whole", "part"):
         (tmp_path / name).mkdir()
-    whole = ended(tmp_path / "whole", "path", 2, 450, {})
-    part = ended(tmp_path / "part", "path", 2, stop, {})
+    whole = ended(tmp_path / "whole", "path", ranks, 450, {})
+    part = ended(tmp_path / "part", "path", ranks, stop, {})
     part = ended(tmp_path / "part", part.path("_checkpoint.h5"), 1, 450, {})
     apart = driver.distance(whole.checkpoint(), part.checkpoint(), STATE)
     print(stop, apart)
