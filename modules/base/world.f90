@@ -56,7 +56,7 @@ contains
   !> Start MPI (without mpirun one rank). Shared file pointers of Open MPI are disabled: they use a
   !> named semaphore of the node, which a killed run leaves locked and whose name cannot hold long
   !> paths. Open MPI of a program without a launcher starts no daemon, makes no session directory
-  !> (which single processes would share), and searches no networks.
+  !> (which single processes would share), and searches no networks; hwloc looks for no devices.
   subroutine start_world(world)
     type(world_t), intent(out) :: world
 
@@ -65,6 +65,7 @@ contains
       call set_default_variable('OMPI_MCA_ess_singleton_isolated', '1')
       call set_default_variable('OMPI_MCA_orte_create_session_dirs', '0')
       call set_default_variable('OMPI_MCA_pml', 'ob1')
+      call set_default_variable('HWLOC_COMPONENTS', '-linuxio,-pci')
     end if
     call mpi_init()
     world%comm = mpi_comm_world

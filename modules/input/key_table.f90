@@ -33,13 +33,14 @@ module input_key_table
     character(240) :: about = ''        !! description for the reference page
   end type key_row_t
 
-  !> The table; the keys of a group are contiguous.
+  !> The table; the keys of a group are contiguous. Rows behind those of the last group are spare:
+  !> the array grows by doubling, as a copy for each row would take longer than the rest of a start.
   type :: key_table_t
     type(group_row_t), allocatable :: groups(:)
     type(key_row_t), allocatable :: keys(:)
   contains
     procedure :: group => add_group, key => add_key, may_change => allow_change
-    procedure :: find_group, find_key
+    procedure :: append, find_group, find_key, n_keys
   end type key_table_t
 
 contains
@@ -52,14 +53,14 @@ contains
     character(*), intent(in) :: about
     type(group_row_t) :: row
 
-    if (.not. allocated(self%groups)) allocate (self%groups(0), self%keys(0))
+    if (.not. allocated(self%groups)) allocate (self%groups(0), self%keys(64))
     call check_length('&'//name, 'name', name, len(row%name))
     call check_length('&'//name, 'description', about, len(row%about))
     row%name = name
     row%repeats = index(occurs, 'repeat') > 0
     row%is_required = index(occurs, 'required') > 0
-    row%first = size(self%keys) + 1
-    row%last = size(self%keys)
+    row%first = self%n_keys() + 1
+    row%last = self%n_keys()
     row%about = about
     self%groups = [self%groups, row]
   end subroutine add_group
@@ -96,9 +97,28 @@ contains
       call share_key(self%keys(k), row)
       return
     end if
-    self%keys = [self%keys, row]
-    self%groups(size(self%groups))%last = size(self%keys)
+    call self%append(row)
   end subroutine add_key
+
+  !> Add a row to the group opened last.
+  subroutine append(self, row)
+    class(key_table_t), intent(inout) :: self
+    type(key_row_t), intent(in) :: row
+
+    if (self%n_keys() == size(self%keys)) self%keys = [self%keys, self%keys]
+    associate (last => self%groups(size(self%groups))%last)
+      last = last + 1
+      self%keys(last) = row
+    end associate
+  end subroutine append
+
+  !> Number of keys of all groups.
+  pure integer function n_keys(self)
+    class(key_table_t), intent(in) :: self
+
+    n_keys = 0
+    if (size(self%groups) > 0) n_keys = self%groups(size(self%groups))%last
+  end function n_keys
 
   !> Abort if the `text` of a row of the table is longer than what stores it.
   subroutine check_length(row, what, text, room)

@@ -55,9 +55,8 @@ contains
       row = table%keys(table%find_key(table%find_group(pair_keys(1, k)), pair_keys(2, k)))
       row%condition = ''
       row%is_required = .false.
-      t%keys = [t%keys, row]
+      call t%append(row)
     end do
-    t%groups(size(t%groups))%last = size(t%keys)
     call t%group('REFERENCE', 'repeat', 'Where values of an entry of this library come from.')
     call t%key('MATERIAL', 'text', 1, '', '', '', 'NAME of the &MATERIAL')
     call t%key('PAIR', 'text', 1, '', '', '', 'NAME of the &PAIR')

@@ -92,7 +92,7 @@ contains
     integer :: k, n, unit
 
     table = key_table()
-    do k = 1, size(table%keys)
+    do k = 1, table%n_keys()
       associate (row => table%keys(k))
         message = ''
         if (row%default /= '') then
@@ -110,7 +110,7 @@ contains
         end if
       end associate
     end do
-    call expect('the table is not empty', size(table%keys) > 90)
+    call expect('the table is not empty', table%n_keys() > 90)
     open (newunit=unit, status='scratch', action='readwrite')
     call print_keys(table, unit, 0)
     call print_keys_markdown(table, unit)
@@ -259,7 +259,7 @@ contains
 
     table = key_table()
     n = 0
-    do k = 1, size(table%keys)
+    do k = 1, table%n_keys()
       associate (row => table%keys(k))
         if (row%unit /= 'K') cycle
         times = str(max(1, row%n))//'*'
