@@ -39,6 +39,7 @@ contains
     type(volumes_t), intent(in) :: volumes(:)
     logical, intent(in) :: measures
     type(cost_t) :: cost
+    type(tool_t), allocatable :: tools(:)    !! before the measurement, which moves them
     character(:), allocatable :: limited_by
     real(rp) :: dt, memory(1)
     integer :: b, cells(3)
@@ -47,6 +48,7 @@ contains
     limited_by = limit(sim%scene, sim%clock)
     memory = real(sim%particles%bytes() + sim%nodes%bytes(), rp)
     call world%sum(memory)
+    tools = sim%tool
     if (measures) call estimate_run(sim, dt, cost)
     if (.not. world%is_root()) return
     call print_line('scene', sim%scene%output%name//'  '//sim%scene%title)
@@ -78,7 +80,7 @@ contains
     if (measures) call print_cost(world, sim%scene, cost, sum(counts), 'particle-steps/s', ', '// &
                                   range_of(anint(100.0_rp*cost%least_awake), &
                                            anint(100.0_rp*cost%awake))//' % of the particles awake')
-    call report_process(input, sim%scene, sim%tool)
+    call report_process(input, sim%scene, tools)
     call log_heat_shares(sim%scene, sim%tool)
     call print_line('skipped', skipped(sim))
   end subroutine report_scene

@@ -21,7 +21,7 @@ def all_checked(tmp_path_factory):
 @pytest.fixture(scope="module")
 def checked(tmp_path_factory):
     """--check of the inputs whose reports are compared, by name."""
-    cases = {name: ((name, "--check"), {}) for name in ("stir", "block", "heat_slab", "small", "bar")}
+    cases = {name: ((name, "--check"), {}) for name in ("stir", "block", "heat_slab", "small", "bar", "driven_disc")}
     return driver.run_all(cases, tmp_path_factory.mktemp("some"))
 
 
@@ -106,7 +106,7 @@ def test_every_input_passes(all_checked, path):
     assert all_checked[path].files == []
 
 
-@pytest.mark.parametrize("name", ["stir", "block", "heat_slab"])
+@pytest.mark.parametrize("name", ["stir", "block", "heat_slab", "driven_disc"])
 def test_without_the_cost(run, checked, name):
     """Exact: --check=scene says what --check says but the cost."""
     whole = report_of(checked[name])

@@ -12,7 +12,7 @@ from PIL import Image
 SCRIPT = driver.ROOT / "docs/gallery.py"
 PICTURES = driver.ROOT / "docs/pictures"
 sys.path.insert(0, str(SCRIPT.parent))
-EARLIER = {"shoulder", "lap"}  # pictures that are still of another input
+EARLIER = {"shoulder"}  # pictures that are still of another input
 SCENES = ("quickstart", "copper", "pin", "shoulder", "butt", "dissimilar", "lap", "heat")
 
 
