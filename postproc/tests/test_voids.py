@@ -14,7 +14,7 @@ H = 1e-3
 SIZE = np.array([0.060, 0.030, 0.012])
 RADIUS, PIN = 8e-3, 3e-3
 MIDDLE = SIZE[1] / 2
-INPUT = f"&BODY NAME = 'plate' /\n&TOOL NAME = 'tool', RADIUS = {RADIUS}, PIN_RADIUS = {PIN} /\n"
+INPUT = f"&BODY NAME = 'plate' /\n&TOOL NAME = 'tool', RADIUS = {RADIUS}, PIN_RADIUS = {PIN} /\n&TOOL NAME = 'shoulder', RADIUS = {2 * RADIUS} /\n"
 
 
 def disordered(kind, random):
@@ -29,8 +29,9 @@ def disordered(kind, random):
     return random.uniform(0.0, 1.0, x.shape) * SIZE
 
 
-def weld(tmp_path, hole, kind="lattice", seed=1, spin=1.0, along=0, sink=0.0):
-    """A run whose tool went from x = 10 to 50 mm (or backwards) and whose particles leave the hole empty."""
+def weld(tmp_path, hole, kind="lattice", seed=1, spin=1.0, along=0, sink=0.0, shoulder=False):
+    """A run whose tool went from x = 10 to 50 mm (or backwards) and whose particles leave the hole empty. `shoulder`: a tool of its own that does
+    less work goes with it, on the first face."""
     random = np.random.default_rng(seed)
     directory = tmp_path / f"w{seed}.out"
     directory.mkdir()
@@ -44,8 +45,11 @@ def weld(tmp_path, hole, kind="lattice", seed=1, spin=1.0, along=0, sink=0.0):
                               attributes={"spacing": [H], "cell": 2 * H, "body_names": np.array([b"plate"])})
     t = np.linspace(0.0, 10.0, 41)
     way = 10e-3 + 4e-3 * t if not along else 50e-3 - 4e-3 * t
-    rows = [",".join(f"{v:.9g}" for v in (a, 5.0, 10.0, 0.0, 900.0, 100.0, p, MIDDLE, SIZE[2] - sink, spin * 100.0 * a)) for a, p in zip(t, way)]
-    heading = "time[s],tool_torque[Nm],tool_force_x[N],tool_force_y[N],tool_force_z[N],tool_power[W],tool_x[m],tool_y[m],tool_z[m],tool_angle[rad]"
+    tools = (("tool", 100.0, sink), *([("shoulder", 10.0, 0.0)] if shoulder else []))
+    rows = [",".join(f"{v:.9g}" for v in (a, *(v for _, power, depth in tools for v in (5.0, 10.0, 0.0, 900.0, power, p, MIDDLE, SIZE[2] - depth, spin * 100.0 * a))))
+            for a, p in zip(t, way)]
+    heading = ",".join(["time[s]", *(f"{name}_{column}" for name, *_ in tools for column in (
+        "torque[Nm]", "force_x[N]", "force_y[N]", "force_z[N]", "power[W]", "x[m]", "y[m]", "z[m]", "angle[rad]"))])
     (directory / f"w{seed}_history.csv").write_text("\n".join([heading, *rows]) + "\n")
     return Run(directory)
 
@@ -119,6 +123,14 @@ def test_what_is_resolved(tmp_path, kind):
     r = np.sqrt(track.smallest["smallest_tunnel_of_particles[m2]"] / np.pi) + 0.5 * H
     assert weld(tmp_path, cylinder(MIDDLE, 6.1e-3, r), kind, 2).flow().voids.all
     assert track.resolved == pytest.approx(np.pi * H**2)  # a disc a cell wide
+
+
+def test_lid_is_the_shoulder(tmp_path):
+    """Exact: behind a pin that is a tool of its own, 9 mm deep, metal is looked for up to the shoulder above it; else up to its own face."""
+    hole = cylinder(MIDDLE + 2 * H, 6e-3, 2 * H)
+    assert weld(tmp_path, hole, seed=1, sink=9e-3, shoulder=True).flow().voids.verdict()[0] == "red"
+    alone = weld(tmp_path, hole, seed=2, sink=9e-3).flow().voids
+    assert not alone.all and alone.lid == pytest.approx(SIZE[2] - 9e-3)
 
 
 def test_everywhere_the_same(tmp_path, capsys):

@@ -19,6 +19,7 @@ import numpy as np
 from ..io.frames import NoRun
 from . import units
 from .fill import STEPS, Missing, beside, deposit
+from .tools import Tool, tools_of
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -57,7 +58,7 @@ class Voids:
         self.until = way.length - (self.pin or way.radius) - self.cell
         if self.until < 4.0 * h:
             raise NoRun("the tool has not yet left a track behind it, or one shorter than is resolved")
-        self.lid = lid_of(flow, keys)
+        self.lid = lid_of(flow)
         self.step = h / STEPS
         s, n, z = (np.arange(a + 0.5 * self.step, b, self.step) for a, b in (
             (0.0, self.until), (-way.radius, way.radius), (flow.low[2], self.lid)))
@@ -205,12 +206,22 @@ class Voids:
         loose = f" ({units.mm(worst.loose, 2, 2)} of it from loose metal)" if worst.loose > 0.1 * worst.area else ""
         return ("amber" if amber else "red"), f"The weld is open: {name} of {units.mm(worst.area, 2, 2)}{loose} {place}; {whole}"
 
-def lid_of(flow: Flow, keys: dict) -> float:
-    """The first face, or the lowest place that the face of the tool came to."""
-    rows = flow.tool_path.tool.presses() & (flow.run.history["time"] <= flow.frame.time * (1 + 1e-9))
-    tilt = flow.tool_path.tool.column("tilt")
-    lean = np.sin(np.abs(np.nan_to_num(tilt.values[rows]))) if tilt is not None else np.sin(np.radians(abs(float(keys.get("tilt_deg", 0.0)))))
-    return min(flow.face, float(np.nanmin(flow.tool_path.tool.column("z").values[rows] - flow.tool_path.radius * lean)))
+def lid_of(flow: Flow) -> float:
+    """The first face, or the lowest place that the face of the tool came to; of a pin and a shoulder that are tools of their own, the shoulder's."""
+    tool = shoulder_of(flow)
+    rows = tool.presses() & (flow.run.history["time"] <= flow.frame.time * (1 + 1e-9))
+    tilt = tool.column("tilt")
+    lean = (np.sin(np.abs(np.nan_to_num(tilt.values[rows]))) if tilt is not None
+            else np.sin(np.radians(abs(float(flow.scene.of("tool", tool.name).get("tilt_deg", 0.0))))))
+    return min(flow.face, float(np.nanmin(tool.column("z").values[rows] - flow.scene.radius(tool.name) * lean)))
+
+
+def shoulder_of(flow: Flow) -> Tool:
+    """The widest of the tools that press above the one of the track, or that one."""
+    pin = flow.tool_path.tool
+    above = [tool for tool in tools_of(flow.run.history) if tool.has_pose and tool.presses().any()
+             and (flow.scene.radius(tool.name) or 0.0) > flow.tool_path.radius and tool.place(flow.frame.time)[2] > pin.place(flow.frame.time)[2]]
+    return max(above, key=lambda tool: flow.scene.radius(tool.name), default=pin)
 
 
 def rows(result: dict) -> list[tuple[str, str]]:
