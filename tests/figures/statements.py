@@ -398,6 +398,7 @@ DEFINITIONS = (
     ("docs/verification.md", '| friction of a sticking tool that leaks: one iteration a step stops only an even slip | torque of a bar in torsion, .5 % in 200 us | `test_friction_of_tools.py::test_torque_of_a_sticking_tool_remains` |', ASKED),
     ("docs/verification.md", '| booked work that is not the dissipated work | 60 draws of laws and loads to 1e-4; a press to 2e-3 | `test_plastic`, `test_elastic_scaling.py::test_work_of_the_press` |', ASKED),
     ("docs/verification.md", '| state that depends on the moment of a sort, a gather or a restart | drawn stops: bitwise, on other ranks to 1e-9 | `test_drawn_stops.py` |', ASKED),
+    ("docs/verification.md", '| a wall that changes nodes whose partner on the wall another rank has | state on 3 ranks and on 1 to 1e-9 | `test_drawn_stops.py::test_contact_history_on_other_ranks` |', ASKED),
     ("docs/verification.md", '| sums of norms over the ranks | all columns of the history to 1e-7 | `test_drawn_stops.py` |', ASKED),
     ("docs/verification.md", '| set-up time that grows with the square of the input, signals unheard meanwhile | 5 s for 100,000 points, status 75 | `test_large_inputs.py` |', ASKED),
     ("docs/verification.md", '| null modes that a filter of high order amplifies | energy at most 1.02 of the first swing, orders 2 to 10 | `test_scheme.py::test_fmpm_with_one_particle_along_an_axis` |', ASKED),

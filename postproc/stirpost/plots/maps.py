@@ -215,15 +215,15 @@ def field_map(views: list[View], kind: str, name: str, label: str, colours: Colo
     return figure
 
 
-def panels(views: list[View], kind: str, bar: bool = True):
-    """Figure, axes and the axis of the colour bar."""
+def panels(views: list[View], kind: str, bar: bool = True, below: float = look.BELOW):
+    """Figure, axes and the axis of the colour bar; `below`: room under the axes [inches]."""
     left, right, bottom, top = views[0].extent
     length, breadth, _ = (views[0].high - views[0].low) * look.MM
     room = look.WIDTH - look.LEFT - look.BAR
     scale = min(room / length, 0.5 * (room - look.GAP) / breadth) * (1.0 - 1e-9)
     if kind == "top" and len(views) > 1 and length < 4.0 * breadth:
         scale = 0.5 * (room - look.GAP) / length * (1.0 - 1e-9)
-    figure, axes, strip = look.panels(len(views), (right - left, top - bottom), scale, bar)
+    figure, axes, strip = look.panels(len(views), (right - left, top - bottom), scale, bar, below=below)
     for axis in axes:
         axis.set_xlabel(AXES[kind][0] if axis.xaxis.get_tick_params()["labelbottom"] else "")
         axis.set_ylabel(AXES[kind][1] if axis.yaxis.get_tick_params()["labelleft"] else "")
@@ -235,7 +235,7 @@ def body_map(view: View, kind: str) -> Figure:
     names = view.frame.body_names
     picture = np.full(view.shape, np.nan)
     picture[view.inside] = view.frame.bodies()[view.near[:, 0]]
-    figure, (axis,), _ = panels([view], kind, bar=False)
+    figure, (axis,), _ = panels([view], kind, bar=False, below=look.BELOW + 0.3)
     colours = look.line_colours(len(names))
     axis.imshow(picture, origin="lower", extent=view.extent, cmap=ListedColormap(colours), vmin=-0.5, vmax=len(names) - 0.5,
                 interpolation="nearest", aspect="auto")
@@ -244,8 +244,7 @@ def body_map(view: View, kind: str) -> Figure:
     axis.set_ylim(view.extent[2:])
     axis.set_facecolor(look.PAPER)
     axis.set_title(view.title, loc="left", pad=3)
-    axis.legend(handles=[Patch(color=c, label=n.strip()) for c, n in zip(colours, names)], loc="upper right", ncols=4,
-                frameon=True, framealpha=0.8, edgecolor="none")
+    figure.legend(handles=[Patch(color=c, label=n.strip()) for c, n in zip(colours, names)], loc="lower right", ncols=4, frameon=False, borderaxespad=0.2)
     return figure
 
 
