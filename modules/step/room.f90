@@ -153,14 +153,18 @@ contains
     call values_to_grid(nodes, block, g)
   end subroutine add_volumes
 
-  !> Collective. From the volumes of the particles: the excess of the fill over 1, and the open
-  !> nodes.
+  !> Collective. From the volumes of the particles: the excess of the fill over 1, the open nodes,
+  !> and the fill by metal alone, without its images behind walls: a crumb on a wall has the modes of
+  !> a free one.
   subroutine find_excess(sim, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
     real(rp) :: excess, h(3), lost(8, size(sim%scene%symmetry)), x(3)
+    real(rp), allocatable :: metal(:, :)
     integer :: i, k, r
 
+    allocate (metal(1, sim%nodes%patch%nn), source=g(1:1, :))
+    call sim%nodes%halo%sum(sim%world, 1, sim%nodes%patch%nn, metal)
     lost = 0.0_rp
     call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g, lost)
     call sim%nodes%halo%sum(sim%world, 8, sim%nodes%patch%nn, g)
@@ -172,8 +176,8 @@ contains
     do r = 1, sim%nodes%n_ranges
       do i = sim%nodes%range(1, r), sim%nodes%range(2, r)
         call sim%nodes%patch%share_of(i, x, h)
-        g(l_metal, i) = g(1, i)/product(h)
-        excess = g(l_metal, i) - 1.0_rp
+        metal(1, i) = metal(1, i)/product(h)
+        excess = g(1, i)/product(h) - 1.0_rp
         do k = 1, size(sim%tool)
           excess = excess + covered_part(sim%tool(k), h, x)
         end do
@@ -182,6 +186,7 @@ contains
       end do
     end do
     call mirror(sim%nodes, sim%boundary, g)
+    g(l_metal, :) = metal(1, :)
   end subroutine find_excess
 
   !> Set the nodes behind walls to the values of their mirror nodes.

@@ -47,7 +47,7 @@ def test_scenes_of_faults(seed, tmp_path):
     assert not wrong, (seed, wrong, text)
 
 
-@pytest.mark.parametrize("seed", [22, 98])
+@pytest.mark.parametrize("seed", [22, 98, 1004])
 def test_crumbs_without_inertia_of_light_nodes(seed, tmp_path):
     """A tool over the edge of a sheet presses crumbs of a few particles on the wall, without SELECTIVE_SCALING: they gain no energy."""
     text, _, is_molten = scenes.scene(random.Random(seed))
