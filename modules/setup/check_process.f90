@@ -130,15 +130,14 @@ contains
   end subroutine check_tool_motion
 
   !> Report a mass scaling chi with which the inertia of the metal that a tool pushes aside with
-  !> speed v, chi rho v^2, exceeds the flow stress of the cold metal (at a strain of 1), so that the
-  !> force of the run is that of inertia. Warn if the rim of a tool moves by more than a cell in a
+  !> speed v, chi rho v^2, exceeds the flow stress of the metal as it starts (at a strain of 1), so
+  !> that the force of the run is that of inertia. Warn if the rim of a tool moves by more than a cell in a
   !> step. An adaptive mass scaling is judged by its smallest factor.
   subroutine check_mass_scaling(input, scene, tool, survey)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool
     type(tool_survey_t), intent(in) :: survey
-    real(rp), parameter :: room = 298.0_rp   !! temperature of cold metal [K]
     real(rp) :: admissible, factor, rim, speed, stress, waves
     character(:), allocatable :: key
     integer :: b
@@ -160,7 +159,7 @@ contains
     do b = 1, size(scene%body)
       if (.not. scene%can_flow(scene%body(b)%group)) cycle
       associate (material => scene%material(scene%body(b)%material))
-        stress = flow_stress_of(material, min(room, input%real('BODY', b, 'TEMPERATURE')), 1.0_rp)
+        stress = flow_stress_of(material, input%real('BODY', b, 'TEMPERATURE'), 1.0_rp)
         if (speed > 0.0_rp) admissible = max(admissible, stress/(material%rho*speed**2))
         waves = min(waves, material%wave_speed()/sqrt(factor))
       end associate

@@ -47,8 +47,8 @@ def test_scenes_of_faults(seed, tmp_path):
     assert not wrong, (seed, wrong, text)
 
 
-@pytest.mark.parametrize("seed", [22, 98, 1004])
-def test_crumbs_without_inertia_of_light_nodes(seed, tmp_path):
+@pytest.mark.parametrize("seed, factor", [(22, 3e5), (98, 3e5), (1004, 4e4)])
+def test_crumbs_without_inertia_of_light_nodes(seed, factor, tmp_path):
     """A tool over the edge of a sheet presses crumbs of a few particles on the wall, without SELECTIVE_SCALING: they gain no energy."""
     text, _, is_molten = scenes.scene(random.Random(seed))
     (tmp_path / "tool.stl").write_text(scenes.mesh())
