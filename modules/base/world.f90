@@ -65,7 +65,8 @@ contains
       call set_default_variable('OMPI_MCA_ess_singleton_isolated', '1')
       call set_default_variable('OMPI_MCA_orte_create_session_dirs', '0')
       call set_default_variable('OMPI_MCA_pml', 'ob1')
-      call set_default_variable('HWLOC_COMPONENTS', '-linuxio,-pci')
+      call set_default_variable('HWLOC_COMPONENTS', '-linuxio')
+      call set_default_variable('HWLOC_PLUGINS_PATH', '/')
     end if
     call mpi_init()
     world%comm = mpi_comm_world

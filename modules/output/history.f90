@@ -19,7 +19,7 @@ module output_history
   use tools_heat_sink, only: backing_t
   use tools_sums, only: mean_of, n_tool_sums, s_area, s_face_temperature, s_force, s_friction, &
                         s_heat, s_layer_slip, s_layer_strength, s_layer_thickness, s_layer_work, &
-                        s_surface_slip, s_surface_speed, s_torque, tool_sum_of
+                        s_surface_slip, s_surface_speed, tool_sum_of
   use tools_tool, only: tool_t
   implicit none (type, external)
   private
@@ -169,7 +169,6 @@ contains
     name = trim(tool%name)
     do k = 1, n_tool_sums
       if (.not. tool_sum_of(k)%is_of_face) call add_mean(name, d, k, per_second, row)
-      if (k == s_torque) call add_force(name, d(s_force:s_force + 2)*per_second, row)
     end do
     share = 0.0_rp
     if (d(s_heat) > 0.0_rp) share = 100.0_rp*d(s_friction)/d(s_heat)
@@ -261,14 +260,10 @@ contains
     integer :: k
 
     do k = 1, n_tool_sums
-      if (.not. tool_sum_of(k)%is_of_face .or. k == s_layer_strength) cycle
-      call add_mean(name, d, k, per_second, row)
-      if (k == s_face_temperature) then
-        call row%add(name//'_face_temperature_max', 'K', max_temperature)
-        call add_mean(name, d, s_layer_strength, per_second, row)
-      end if
-      if (k == s_surface_slip) call row%add(name//'_stick_share', '%', sticking(d))
+      if (tool_sum_of(k)%is_of_face) call add_mean(name, d, k, per_second, row)
     end do
+    call row%add(name//'_face_temperature_max', 'K', max_temperature)
+    call row%add(name//'_stick_share', '%', sticking(d))
     call row%add(name//'_sliding_power', 'W', (d(s_friction) - d(s_layer_work))*per_second)
   end subroutine add_face
 

@@ -21,12 +21,12 @@ module tools_sums
   end type tool_sum_t
 
   type(tool_sum_t), parameter, public :: tool_sum_of(*) = [ &
-    ! impulse on the tool; its column is the vector of the force
-    tool_sum_t('force_x', 'N s'), &
-    tool_sum_t('force_y', 'N s'), &
-    tool_sum_t('force_z', 'N s'), &
     ! angular impulse on the tool about its axis against the spin
     tool_sum_t('torque', 'N m s', .false., 'torque', 'Nm'), &
+    ! impulse on the tool
+    tool_sum_t('force_x', 'N s', .false., 'force_x', 'N'), &
+    tool_sum_t('force_y', 'N s', .false., 'force_y', 'N'), &
+    tool_sum_t('force_z', 'N s', .false., 'force_z', 'N'), &
     ! work of the tool on the material
     tool_sum_t('work', 'J', .false., 'power', 'W'), &
     ! friction heat
@@ -48,6 +48,8 @@ module tools_sums
     tool_sum_t('area', 'm2 s', .true., 'face_area', 'm2'), &
     ! temperature of the face
     tool_sum_t('face_temperature', 'K m2 s', .true., 'face_temperature', 'K', 'area'), &
+    ! impulse of the layer strength
+    tool_sum_t('layer_strength', 'N s', .true., 'shear_strength', 'Pa', 'area'), &
     ! thickness of the shear layer
     tool_sum_t('layer_thickness', 'm3 s', .true., 'layer_thickness', 'm', 'area'), &
     ! slip accommodated by layer shear
@@ -58,8 +60,6 @@ module tools_sums
     tool_sum_t('surface_speed', 'm3', .true.), &
     ! velocity of the layer relative to its particles
     tool_sum_t('excess_speed', 'm3', .true., 'layer_velocity', 'm/s', 'area'), &
-    ! impulse of the layer strength
-    tool_sum_t('layer_strength', 'N s', .true., 'shear_strength', 'Pa', 'area'), &
     ! friction heat from shear of the layer
     tool_sum_t('layer_work', 'J', .true., 'layer_power', 'W')]
   integer, parameter, public :: n_tool_sums = size(tool_sum_of)
