@@ -246,18 +246,16 @@ run_tests() {
   stage "Tests of the program"
   ctest --test-dir "$build" --parallel "$(nproc)" --output-on-failure --no-tests=error ||
     fail "TESTS FAILED: of the program (see above)"
-  stage "Tests of the post-processing"
-  "$venv/bin/python" -m pytest -q -p no:cacheprovider -n "$(nproc)" --dist worksteal --tier "$tier" "$root/postproc/tests" ||
-    fail "TESTS FAILED: of the post-processing (see above)"
   if [[ $tier == long ]]; then # other draws with every commit
     STIRPOINT_SEED=${STIRPOINT_SEED:-$(git -C "$root" rev-list --count HEAD 2>/dev/null || echo 0)}
     export STIRPOINT_SEED
     stage "Draws from STIRPOINT_SEED=$STIRPOINT_SEED on"
   fi
-  stage "Tests of whole runs: $tier" # for half of its time a test waits for programs to start
+  # in one, as tests of whole runs wait for programs to start, while those of the post-processing compute
+  stage "Tests of whole runs and the post-processing: $tier"
   STIRPOINT_EXECUTABLE=$build/stirpoint "$venv/bin/python" -m pytest -q -p no:cacheprovider \
-    -n "$((2 * $(nproc)))" --dist worksteal --tier "$tier" "$root/tests" "$root/benchmarks" ||
-    fail "TESTS FAILED: of whole runs (see above)"
+    -n "$((2 * $(nproc)))" --dist worksteal --tier "$tier" "$root/tests" "$root/benchmarks" "$root/postproc/tests" ||
+    fail "TESTS FAILED: of whole runs and the post-processing (see above)"
   stage "ALL TESTS PASSED: $tier"
 }
 

@@ -344,7 +344,7 @@ def test_what_is_out_of_all_measure_costs_no_picture(workshop, capsys):
         status, said = outcome(words_of("report", workshop), capsys)
         assert status == 0 and "left out" not in said, said
         assert {path.stem for path in (workshop / "out").glob("*.png")} == sound
-    for seed in range(6):
+    for seed in (0, 1, 5):  # each kind of brackets
         brackets(workshop / "plate.out/plate_input.nml", random.Random(seed))
         status, said = outcome(words_of("report", workshop), capsys)
         assert status == 0 and (workshop / "out/report.html").is_file(), said

@@ -62,8 +62,7 @@ KINDS = ("lattice", "shifted", "random")
 TOLERANCE = {"lattice": 0.5, "shifted": 1 / 6, "random": 1 / 6}  # of radii, in spacings
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("seed", (1, 2, 3))
+@pytest.mark.parametrize("kind, seed", [("lattice", 1), *((kind, seed) for kind in KINDS[1:] for seed in (1, 2, 3))])
 def test_disorder_makes_no_voids(tmp_path, kind, seed):
     """Exact: sound metal has none, even with particles at random places, where a ball of a spacing is empty in many places."""
     run = weld(tmp_path, lambda x: x[:, 0] < -1, kind, seed)

@@ -32,7 +32,7 @@ FIRST = int(os.environ.get("STIRPOINT_SEED", 1))
 GROUP = 3
 
 
-@pytest.mark.parametrize("group", range(20))
+@pytest.mark.parametrize("group", [pytest.param(k, marks=[pytest.mark.long] if k >= 8 else []) for k in range(20)])
 def test_no_heat_without_strength(group, tmp_path):
     """The hottest metal is at most 20 K above its solidus, whatever the scene."""
     for seed, _, wrong, text in scenes.run_scenes(GROUP, FIRST + GROUP * group, tmp_path):

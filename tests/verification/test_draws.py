@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Problems with other parameters than those of the shipped inputs: seeded draws of each on a coarse grid, one in
-every run of the tests, two more in the long ones (one of what takes long). STIRPOINT_SEED is the first seed."""
+every run of the tests, two more in the long ones. LONG, of which test_problems runs the shipped parameters, are drawn in the
+long ones alone. STIRPOINT_SEED is the first seed."""
 
 import os
 
@@ -54,7 +55,7 @@ LONG = {"hertz_line", "incline_sphere", "cantilever", "couette", "incline_cylind
 
 @pytest.mark.parametrize(
     "name, seed",
-    [pytest.param(name, FIRST + k, marks=[pytest.mark.long] if k else []) for name in DRAWS for k in range(2 if name in LONG else 3)],
+    [pytest.param(name, FIRST + k, marks=[pytest.mark.long] if k or name in LONG else []) for name in DRAWS for k in range(2 if name in LONG else 3)],
 )
 def test_draw(name, seed, tmp_path):
     """Exact: see the problem; what its shipped parameters keep at this resolution holds for any."""
