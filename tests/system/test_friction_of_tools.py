@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""A rigid tool on elastic metal: rest with every scheme, torsion that must remain, coefficients of the speed of sliding."""
+"""A rigid tool on elastic metal: rest with every scheme, torsion that must remain, coefficients of the speed of sliding and other quantities."""
 
+import driver
 import numpy as np
 import pytest
 
@@ -90,3 +91,24 @@ def test_column_under_a_tool_rests(run, tmp_path, scheme, shape):
     print(scheme, shape, "force over the exact one", force.min() / exact, force.max() / exact)
     assert force == pytest.approx(exact, rel=5e-3)
     assert history["kinetic[J]"][late].max() < 1e-4 * history["elastic[J]"][late].min()
+
+
+def test_friction_table(run, tmp_path):
+    """Exact: a table that says 0.2 everywhere is the constant 0.2, to the last digit of the history; one that
+    falls with the speed of sliding (half at 0.5 m/s) gives less friction heat, one that rises with pressure more."""
+    heat = {}
+    tables = {
+        "constant": {},
+        "even": {"TOOL.FRICTION": 0.9, "TOOL.FRICTION_TABLE_OF": "temperature", "TOOL.FRICTION_AT": "300,800", "TOOL.FRICTION_MU": "0.2,0.2"},
+        "slip": {"TOOL.FRICTION_TABLE_OF": "slip", "TOOL.FRICTION_AT": "0,0.5", "TOOL.FRICTION_MU": "0.2,0.1"},
+        "pressure": {"TOOL.FRICTION_TABLE_OF": "pressure", "TOOL.FRICTION_AT": "0,1e7", "TOOL.FRICTION_MU": "0.2,0.4"},
+    }
+    for name, sets in tables.items():
+        sets = sets | {"TIME.END": 0.05, "OUTPUT.CHECKPOINT_INTERVAL": 0, "TOOL.SHEAR_LIMIT": ".false."}
+        run("stir", "--quiet", "--output", name, sets=sets)
+        heat[name] = driver.Table(tmp_path / name / "stir_history.csv")["friction_heat[J]"]
+    print({name: values[-1] for name, values in heat.items()})
+    assert heat["constant"][-1] > 0.0
+    assert np.array_equal(heat["even"], heat["constant"])
+    assert heat["slip"][-1] < 0.8 * heat["constant"][-1]
+    assert heat["pressure"][-1] > 1.1 * heat["constant"][-1]

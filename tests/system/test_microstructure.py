@@ -127,24 +127,3 @@ def test_section_and_track(stirred, tmp_path):
     table = driver.Table(tmp_path / "one.out" / "one.csv")
     assert table["plastic_strain[1]"][-1] == pytest.approx(data["plastic_strain"].max(), rel=1e-5)
     assert table["wall_fraction[1]"][-1] == pytest.approx(data["wall_fraction"][data["id"] == number][0], rel=1e-4)
-
-
-def test_friction_table(run, tmp_path):
-    """Exact: a table that says 0.2 everywhere is the constant 0.2, to the last digit of the history; one that
-    falls with the speed of sliding (half at 0.5 m/s) gives less friction heat, one that rises with pressure more."""
-    heat = {}
-    tables = {
-        "constant": {},
-        "even": {"TOOL.FRICTION": 0.9, "TOOL.FRICTION_TABLE_OF": "temperature", "TOOL.FRICTION_AT": "300,800", "TOOL.FRICTION_MU": "0.2,0.2"},
-        "slip": {"TOOL.FRICTION_TABLE_OF": "slip", "TOOL.FRICTION_AT": "0,0.5", "TOOL.FRICTION_MU": "0.2,0.1"},
-        "pressure": {"TOOL.FRICTION_TABLE_OF": "pressure", "TOOL.FRICTION_AT": "0,1e7", "TOOL.FRICTION_MU": "0.2,0.4"},
-    }
-    for name, sets in tables.items():
-        sets = sets | {"TIME.END": 0.1, "OUTPUT.CHECKPOINT_INTERVAL": 0, "TOOL.SHEAR_LIMIT": ".false."}
-        run("stir", "--quiet", "--output", name, sets=sets)
-        heat[name] = driver.Table(tmp_path / name / "stir_history.csv")["friction_heat[J]"]
-    print({name: values[-1] for name, values in heat.items()})
-    assert heat["constant"][-1] > 0.0
-    assert np.array_equal(heat["even"], heat["constant"])
-    assert heat["slip"][-1] < 0.8 * heat["constant"][-1]
-    assert heat["pressure"][-1] > 1.1 * heat["constant"][-1]
