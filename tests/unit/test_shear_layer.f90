@@ -23,7 +23,7 @@ program test_shear_layer
   implicit none (type, external)
 
   real(rp), parameter :: root3 = sqrt(3.0_rp), conductivity = 391.0_rp, heats = 0.9_rp
-  integer, parameter :: n_steps = 4000
+  integer, parameter :: n_steps = 1000
 
   call begin_tests()
   call random_init(.true., .false.)
