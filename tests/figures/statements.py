@@ -102,6 +102,7 @@ DEFINITIONS = (
      "a thermocouple is 9 K and the hottest metal 73 K too cold, and strain, groove and fill are 59, 20 and 25 % too small", "in benchmarks/stirring_front.jsonl"),
     ("docs/choosing.md", "Cells of 2.67 mm take four times as long, with 3 % in the loads and 4 and 46 K.", "in benchmarks/stirring_front.jsonl"),
     ("docs/choosing.md", "the plunge into cold metal at 2 mm/s. For forces as on a machine", KEY),
+    ("docs/choosing.md", "travel under the force of a machine, 40 N/mm2 of the face", KEY),
     ("docs/accuracy.md", "good to some 30 %", ABOUT),
     ("docs/accuracy.md", "every 10 or 100 steps", KEY),
     ("docs/accuracy.md", "FOURIER = 0.25, the default", KEY),
