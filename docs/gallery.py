@@ -39,7 +39,7 @@ from stirpost.run import Run  # noqa: E402
 SCENES = {"quickstart": (ROOT / "input/quickstart.nml", 2.75), "copper": (ROOT / "input/fsp_copper_quick.nml", 5.5),
           "dissimilar": (ROOT / "input/fsw_copper_aluminium.nml", 7.5)}
 SCENES |= {name: (ROOT / f"share/stirpoint/new/{name}.nml", time)
-           for name, time in (("pin", 4.5), ("shoulder", 6.0), ("butt", 7.5), ("lap", 7.5), ("heat", 15.0))}
+           for name, time in (("pin", 9.0), ("shoulder", 6.0), ("butt", 7.5), ("lap", 7.5), ("heat", 15.0))}
 FILM = ROOT / "docs/pictures/quickstart.webp"  # of the scene quickstart
 MADE = ROOT / "docs/pictures/gallery.json"
 SETS = {"quickstart": ("OUTPUT.FRAME_INTERVAL=0.06",)}
