@@ -53,7 +53,7 @@ LINES = [
     "#14a0a0",
     "#7a4a21",
 ]
-WIDTH, LEFT, BAR, BELOW, TITLE, GAP = 10.8, 0.62, 0.95, 0.5, 0.27, 0.18  # of a picture of panels, and beside them [inches]
+WIDTH, LEFT, BAR, BELOW, TITLE, GAP = 10.8, 0.62, 1.05, 0.5, 0.27, 0.18  # of a picture of panels, and beside them [inches]
 
 
 @cache
