@@ -39,11 +39,11 @@ from stirpost.run import Run  # noqa: E402
 SCENES = {"quickstart": (ROOT / "input/quickstart.nml", 2.75), "copper": (ROOT / "input/fsp_copper_quick.nml", 5.5),
           "dissimilar": (ROOT / "input/fsw_copper_aluminium.nml", 7.5)}
 SCENES |= {name: (ROOT / f"share/stirpoint/new/{name}.nml", time)
-           for name, time in (("pin", 9.0), ("shoulder", 6.0), ("butt", 7.5), ("lap", 7.5), ("heat", 15.0))}
+           for name, time in (("pin", 9.0), ("shoulder", 6.0), ("butt", 7.5), ("lap", 8.0), ("heat", 15.0))}
 FILM = ROOT / "docs/pictures/quickstart.webp"  # of the scene quickstart
 MADE = ROOT / "docs/pictures/gallery.json"
 SETS = {"quickstart": ("OUTPUT.FRAME_INTERVAL=0.06",)}
-BODIES = {"dissimilar": 21e-3}  # coloured by body, in the section across the weld here [m]
+BODIES = {"dissimilar": 21e-3, "lap": 24e-3}  # coloured by body, in the section across the weld here [m]
 WIDTH = 900
 MOST_BYTES = 200_000
 

@@ -10,7 +10,7 @@
 The rule (docs/welds.md): library metal of welds; friction and film of the library's pairs of surfaces (hot work steel on aluminium and copper,
 PCBN on steel, sheet on steel anvil); a steel backing plate behind the film, an endless
 cold sheet beyond the sides, a left-hand thread on the pin in sheets above 4 mm, the centre of the face 0.2 mm below the surface, or less: half the metal below the tip is kept. Cells: 2/5 of the
-thickness up to 4 mm, else a quarter, and longer beside the shoulder. Results are means of the last second of a travel of two radii of the shoulder. A variant has other
+thickness up to 4 mm, else a quarter, and longer beside the shoulder. Results are means of the last second, or second half, of a travel of two radii of the shoulder, and of 1.2 s at least. A variant has other
 cells or another mass scaling, for the numerical error; --set changes one key of the rule. --film (at 1 MPa), --friction (0: the metal
 seizes on the tool) and --travel are recorded in rule.jsonl.
 --page draws docs/pictures/welds.png and welds_rabe.png from results.jsonl and prints the deviations. docs/welds.md names the sources; reported.json has the
@@ -44,6 +44,7 @@ RULE_RESULTS = pathlib.Path(__file__).with_name("rule.jsonl")
 PAIRS = {"AA": "tool steel on aluminium", "304L": "PCBN on steel", "copper": "tool steel on copper"}    # of metals that begin so
 ANVIL = "sheet on steel anvil"
 TRAVEL = 2.0       # distance of travel [radii of the shoulder]
+STEADY = 1.2       # least duration of travel [s]: at 33 mm/s torque is steady after 0.7 s
 SCALING = 3e6      # of mass, where a weld has none of its own
 # Cells over thin and thick sheets, of whole layers of particles, and a factor of the mass scaling.
 RULE = (2.5, 4, 1.0)
@@ -112,14 +113,19 @@ def of_library(metal, key):
     return float(re.search(rf"\b{key} = ([\d.e+-]+)", entry).group(1))
 
 
+def travel_of(w, radii):
+    """Distance of travel [mm]."""
+    return max(radii * w["shoulder"] / 2, STEADY * w["speed"])
+
+
 def text_of(name, variant=None, film=None, friction=None, radii=TRAVEL):
     """The input of a weld."""
     w = WELDS[name]
     thin, thick, factor = VARIANTS.get(variant, RULE)
     scaling = factor * (w["scaling"] or SCALING)
     h = w["thickness"] / (thin if w["thickness"] <= 4.0 else thick)
-    radius = w["shoulder"] / 2
-    size_x, size_y = h * round((4.0 + radii) * radius / h), 2 * h * round(2.25 * radius / h)    # walls on nodes
+    radius, distance = w["shoulder"] / 2, travel_of(w, radii)
+    size_x, size_y = h * round((4.0 * radius + distance) / h), 2 * h * round(2.25 * radius / h)    # walls on nodes
     fine = h * round(1.1 * radius / h)    # from the middle, of equal cells
     tilt = np.radians(w["tilt"])
     lowers = (w["tip"] or w["pin"]) / 2 * np.sin(tilt)    # by the tilt the rim of the tip is lower than its centre
@@ -127,7 +133,7 @@ def text_of(name, variant=None, film=None, friction=None, radii=TRAVEL):
     rim = min(0.2, 0.5 * (w["thickness"] - w["length"] * np.cos(tilt) - lowers)) if w["depth"] is None else w["depth"]    # below the surface
     plunge = w["length"] + above + rim
     dwell = 1.0
-    travel = radii * radius / w["speed"]
+    travel = distance / w["speed"]
     ambient = 298.0
     metals = [w["metal"]] if not w["beside"] else [w["metal"], w["beside"]]
     probes = ""
@@ -135,7 +141,7 @@ def text_of(name, variant=None, film=None, friction=None, radii=TRAVEL):
         depth, beside = w["probe"]
         for side, sign in (("advancing", 1), ("retreating", -1)):
             y = size_y / 2 + sign * (w["pin"] / 2 + beside)
-            probes += f"&PROBE NAME = '{side}', POSITION = {(start + (radii - 0.4) * radius) * MM:.6g}, {y * MM:.6g}, {depth * w['thickness'] * MM:.6g} /\n"
+            probes += f"&PROBE NAME = '{side}', POSITION = {(start + distance - 0.4 * radius) * MM:.6g}, {y * MM:.6g}, {depth * w['thickness'] * MM:.6g} /\n"
     bodies = surfaces = ""
     for body, metal in zip(("sheet", "beside"), metals):        # the first on the advancing side, towards +y
         lower, upper = (size_y / 2, size_y) if body == "sheet" and w["beside"] else (0.0, size_y / len(metals))
@@ -179,7 +185,7 @@ def text_of(name, variant=None, film=None, friction=None, radii=TRAVEL):
 def window_of(name, radii):
     """Duration of the means at the end of the travel [s]: a second, or half the travel of a fast weld."""
     w = WELDS[name]
-    return min(1.0, 0.25 * radii * w["shoulder"] / w["speed"])
+    return min(1.0, 0.5 * travel_of(w, radii) / w["speed"])
 
 
 def measure(results, seconds):

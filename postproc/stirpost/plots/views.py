@@ -153,9 +153,10 @@ def plate_picture(frame: Frame, mesh: Mesh, tool: Mesh | None, name: str, label:
         half = half_behind(mesh, view.axis, view.at, side)
         shown.append((side, seen_box(side, half, tool), half, cut_face(view, look.shown(name, frame.field(name)), norm, colours, side)))
     sides, below, gap, head = 0.78, 0.5, 0.78, 0.3
+    right = look.BAR + 0.18  # half of a label of the last tick is beyond the picture
     lengths = [np.diff(box, axis=0)[0] * look.MM for _, box, _, _ in shown]
     wide = look.WIDTH if view is not None else 8.2
-    inches = (wide - sides - look.BAR - gap * (len(shown) - 1)) / sum(size[0] for size in lengths)
+    inches = (wide - sides - right - gap * (len(shown) - 1)) / sum(size[0] for size in lengths)
     tall = max(size[1] for size in lengths) * inches + below + head
     figure = look.new_figure(wide, tall)
     figure.set_layout_engine("none")
