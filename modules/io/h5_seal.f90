@@ -14,7 +14,7 @@ module io_h5_seal
   public :: check_seal, previous_of, seal
 
   integer, parameter, public :: seal_bytes = 512      !! the user block of the HDF5 file
-  integer, parameter, public :: format_version = 9    !! version of checkpoints
+  integer, parameter, public :: format_version = 10   !! version of checkpoints
   integer(i8), parameter :: piece = 4194304_i8        !! bytes per piece of the checksum
   character(*), parameter :: first_words = 'Stirpoint checkpoint, version '
 
