@@ -17,6 +17,7 @@ module run_loop
   use particles_migrate, only: find_outside
   use particles_store, only: f_vel
   use run_debris, only: remove_debris
+  use run_mass_scaling, only: limit_mass
   use run_regrid, only: may_leave_cell, regrid
   use simulation_parts, only: simulation_t
   use simulation_run, only: clock_t
@@ -211,6 +212,7 @@ contains
     end if
     sim%clock%displacement = sim%clock%displacement + dt*sim%clock%max_speed
     call keep_room(sim)
+    call limit_mass(sim)
     if (dt < sim%step%attempted_dt) sim%clock%refused = sim%clock%refused + 1
     if (sim%step%signal > 0 .and. status == ended_well) then
       status = ended_by_signal
