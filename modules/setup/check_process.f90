@@ -131,8 +131,8 @@ contains
 
   !> Report a mass scaling chi with which the inertia of the metal that a tool pushes aside with
   !> speed v, chi rho v^2, exceeds the flow stress of the metal as it starts (at a strain of 1), so
-  !> that the force of the run is that of inertia. Warn if the rim of a tool moves by more than a cell in a
-  !> step. An adaptive mass scaling is judged by its smallest factor.
+  !> that the force of the run is that of inertia. Warn if the rim of a tool moves by more than a
+  !> cell in a step. An adaptive mass scaling is judged by its smallest factor.
   subroutine check_mass_scaling(input, scene, tool, survey)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene

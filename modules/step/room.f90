@@ -154,8 +154,8 @@ contains
   end subroutine add_volumes
 
   !> Collective. From the volumes of the particles: the excess of the fill over 1, the open nodes,
-  !> and the fill by metal alone, without its images behind walls: a crumb on a wall has the modes of
-  !> a free one.
+  !> and the fill by metal alone, without its images behind walls: a crumb on a wall has the modes
+  !> of a free one.
   subroutine find_excess(sim, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
