@@ -60,7 +60,7 @@ def test_inertial_stress_stays_below_its_bound(run, tmp_path, seed):
     draw = np.random.default_rng(seed)
     ranks, spin, fraction = int(draw.choice([1, 2, 3])), draw.uniform(600.0, 1000.0), draw.uniform(0.03, 0.06)
     sets = {"MOTION(1).SPIN_RPM": spin, "MOTION(2).SPIN_RPM": spin, "TIME.INERTIAL_FRACTION": fraction, "TIME.MASS_SCALING_RANGE": "1e4,5e6",
-            "TIME.END": 0.15, "METHOD.SORT_INTERVAL": 100, "OUTPUT.FRAME_INTERVAL": 0, "OUTPUT.HISTORY_INTERVAL": 2e-4}
+            "TIME.END": 0.08, "METHOD.SORT_INTERVAL": 100, "OUTPUT.FRAME_INTERVAL": 0, "OUTPUT.HISTORY_INTERVAL": 2e-4}
     histories = [run("path", "--quiet", sets=sets, directory=place(tmp_path, str(n)), ranks=n).results("path").history() for n in {1, ranks}]
     for history in histories:
         part = history["inertial_stress_over_flow[%]"] / (100.0 * fraction)
