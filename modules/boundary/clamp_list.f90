@@ -31,7 +31,7 @@ contains
                                                          sim%boundary%listed_column)
     sim%boundary%n_fixed = 0
     sim%boundary%n_columns = 0
-    sim%boundary%in_front%is_cut = .false.
+    sim%boundary%in_front%is_cut = .false.   ! of the last lists; set by list_nodes_in_front
     do r = 1, sim%nodes%n_ranges
       do q = sim%nodes%range(1, r), sim%nodes%range(2, r)
         if (sim%boundary%is_held(q)) cycle   ! behind a mirror

@@ -56,8 +56,8 @@ def sheet(voids: Voids):
             panel.set_facecolor("white")
         pair[0].set_title(f"{voids.coordinate(s[k]) * look.MM:.3g} mm along the travel; missing in voids: {look.mm(voids.sections[k], 2, 2)}", loc="left", pad=3)
         pair[0].set_ylabel("z [mm]")
-    sides = "advancing side positive" if flow.tool_path.advancing is not None else "left positive"
-    labels = "fill: metal over room [1]", f"metal was at first at [mm], {sides}"
+    sides = "advancing side +" if flow.tool_path.advancing is not None else "left +"
+    labels = "fill: metal over room [1]", f"metal came from [mm], {sides}"
     inches = figure.get_size_inches()
     for panel, (shades, limits), label, beyond in zip(axes[-2:], kinds, labels, ("max", "both")):
         panel.set_xlabel(f"from the path [mm], {sides}")
