@@ -9,9 +9,9 @@
 
 The rule (docs/welds.md): library metal of welds; friction and film of the library's pairs of surfaces (hot work steel on aluminium and copper,
 PCBN on steel, sheet on steel anvil); a steel backing plate behind the film, an endless
-cold sheet beyond the sides, a left-hand thread on the pin in sheets above 4 mm, the centre of the face 0.2 mm below the surface, or less: half the metal below the tip is kept. Cells: 2/5 of the
+cold sheet beyond the sides, on pins of tool steel the finest left-hand thread that the cells resolve (half a cell deep, a pitch of two), the centre of the face 0.2 mm below the surface, or less: half the metal below the tip is kept. Cells: 2/5 of the
 thickness up to 4 mm, else a quarter, and longer beside the shoulder. Results are means of the last second, or second half, of a travel of two radii of the shoulder, and of 1.2 s at least. A variant has other
-cells, another mass scaling or a thread, for the numerical error; --set changes one key of the rule. --film (at 1 MPa), --friction (0: the metal
+cells, another mass scaling or a smooth pin, for the numerical error; --set changes one key of the rule. --film (at 1 MPa), --friction (0: the metal
 seizes on the tool) and --travel are recorded in rule.jsonl.
 --page draws docs/pictures/welds.png and welds_rabe.png from results.jsonl and prints the deviations. docs/welds.md names the sources; reported.json has the
 reported values, remembered (cited from memory) or read in a text, a range as two values.
@@ -46,9 +46,10 @@ ANVIL = "sheet on steel anvil"
 TRAVEL = 2.0       # distance of travel [radii of the shoulder]
 STEADY = 1.2       # least duration of travel [s]: at 33 mm/s torque is steady after 0.7 s
 SCALING = 3e6      # of mass, where a weld has none of its own
-# Cells over thin and thick sheets, of whole layers of particles, and a factor of the mass scaling; threaded: thin sheets too.
+# Cells over thin and thick sheets, of whole layers of particles, and a factor of the mass scaling; smooth: a pin without thread.
 RULE = (2.5, 4, 1.0)
-VARIANTS = {"coarse": (2, 3, 1.0), "fine": (3, 5, 1.0), "light": (2.5, 4, 1 / 3), "threaded": RULE}
+VARIANTS = {"coarse": (2, 3, 1.0), "fine": (3, 5, 1.0), "light": (2.5, 4, 1 / 3)}
+VARIANTS |= {"smooth": RULE} | {f"smooth-{name}": sizes for name, sizes in VARIANTS.items()}
 
 
 def weld(metal, thickness, shoulder, pin, length, rpm, speed, tilt=2.0, concavity=0.0, probe=None,
@@ -100,10 +101,15 @@ RABE = {    # nominal depths, of which a sound weld is meant, and .15 mm less
 WELDS |= RABE
 
 
+def pair_of(name):
+    """The pair of surfaces of the tool and the metal."""
+    return next(pair for metal, pair in PAIRS.items() if WELDS[name]["metal"].startswith(metal))
+
+
 def friction_of(name, own):
     """Friction on the tool: that of the pair, or Coulomb's with a coefficient of one's own; 0: the metal seizes."""
     if own is None:
-        return f"FROM = '{next(pair for metal, pair in PAIRS.items() if WELDS[name]['metal'].startswith(metal))}'"
+        return f"FROM = '{pair_of(name)}'"
     return f"FRICTION = {own}" if own else "FRICTION_LAW = 'shear-factor', SHEAR_FACTOR = 1"
 
 
@@ -159,7 +165,7 @@ def text_of(name, variant=None, film=None, friction=None, radii=TRAVEL):
             f"&SURFACE BODY = '{body}', FACE = '{face}', COEFFICIENT = 1e5, BACKING = 'plate', BACKING_CONDUCTIVITY = {conductivity}"
             f"\n  BACKING_SPECIFIC_HEAT = {heat}, BACKING_DENSITY = {density} /\n" for face in sides)
     details = f", CONCAVITY_DEG = {w['concavity']}" if w["concavity"] else ""
-    if w["thickness"] > 4.0 or variant == "threaded":    # the finest thread that these cells resolve
+    if pair_of(name).startswith("tool steel") and not (variant or "").startswith("smooth"):
         details += f", THREAD_DEPTH = {0.5 * h * MM:.6g}, THREAD_PITCH = {2 * h * MM:.6g}"
     details += f", PIN_TIP_RADIUS = {w['tip'] / 2 * MM:.6g}" if w["tip"] else ""
     force = f", FORCE = {w['force'] * 1e3:.6g}" if w["force"] else ""
@@ -267,7 +273,7 @@ def draw_rabe():
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(WELDS))
-    parser.add_argument("--variant", choices=VARIANTS, help="other cells, another mass scaling, a thread in thin sheets")
+    parser.add_argument("--variant", choices=VARIANTS, help="other cells, another mass scaling, a smooth pin")
     parser.add_argument("--set", metavar="GROUP.KEY=VALUE")
     parser.add_argument("--film", type=float, help="under the tool, at 1 MPa [W/(m2 K)]; default: that of the pair")
     parser.add_argument("--friction", type=float, help="Coulomb's coefficient; 0: the metal seizes; default: that of the pair")

@@ -274,6 +274,7 @@ def kept(path, title):
 WELDS, RULE, REPORTED = (f"benchmarks/welds/{name}" for name in ("results.jsonl", "rule.jsonl", "reported.json"))
 SHOWN = (("torque", "torque [N m]", "{:.0f}"), ("force", "axial force [kN]", "{:.0f}"), ("power", "power [kW]", "{:.1f}"))
 MEANT = {"coarse": "larger cells", "fine": "cells of 1/3, 1/5 of the sheet", "light": "a third of the mass scaling"}
+MEANT |= {"smooth": "a smooth pin"} | {f"smooth-{name}": f"{meant}, smooth pins" for name, meant in MEANT.items()}
 
 
 def shown_welds():
@@ -287,8 +288,8 @@ def by_name(welds):
 
 
 def rabe(_):
-    """The welds of Rabe, in the order of travel and rotational speed: loads, temperature, and the largest void with its place."""
-    found = [weld for weld in measures.lines(measures.ROOT / WELDS) if weld["weld"].startswith("rabe") and "set" not in weld]
+    """The welds of Rabe by the rule, in the order of travel and rotational speed: loads, temperature, and the largest void with its place."""
+    found = [weld for weld in measures.lines(measures.ROOT / WELDS) if weld["weld"].startswith("rabe") and not {"variant", "set"} & weld.keys()]
     rows = []
     for weld in by_name(found):
         _, alloy, thickness, rpm, speed, depth = weld["weld"].split("-")
@@ -412,7 +413,7 @@ def weld_changes(_):
     kept = {(row["weld"], row.get("variant"), row.get("set")): row for row in measures.lines(measures.ROOT / WELDS)}
     rows = []
     for (name, variant, value), weld in kept.items():
-        own = kept.get((name, variant if value else None, None), weld)
+        own = kept.get((name, variant if value else "smooth" if (variant or "").startswith("smooth-") else None, None), weld)
         if weld is own:
             continue
         cells = MEANT.get(variant, "")
