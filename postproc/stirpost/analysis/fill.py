@@ -101,8 +101,7 @@ class Missing:
         self.count = len(self.holes) + len(self.plates)
         self.thresholds = {k: k.threshold(room, self.count) for k in self.holes + self.plates}
         self.prepare()
-        spectrum = self.spectrum(missing)
-        self.core, self.mean = self.found_holes(spectrum)
+        self.core, self.mean = self.found_holes()
         self.found = self.found_seams()
 
     def prepare(self) -> None:
@@ -112,31 +111,33 @@ class Missing:
         wide = max(k.wide for k in self.plates)
         reach = max(k.along for k in self.plates + self.holes), max(wide, 1.0), max(wide, 1.0)
         self.sides = [next_fast_len(int(n + 3.0 * STEPS * r), True) for n, r in zip(self.missing.shape, reach)]
-        s, n, z = (2.0 * np.pi * STEPS * f(side) for f, side in zip((np.fft.fftfreq, np.fft.fftfreq, np.fft.rfftfreq), self.sides))
-        self.waves = s[:, None, None], n[None, :, None], z[None, None, :]
+        s, n, z = (2.0 * np.pi * STEPS * f(side) for f, side in zip((np.fft.rfftfreq, np.fft.fftfreq, np.fft.rfftfreq), self.sides))
+        self.waves = s[:, None, None], n[:, None], z
 
-    def spectrum(self, values: np.ndarray) -> np.ndarray:
-        from scipy.fft import rfftn
+    def spectrum(self, values: np.ndarray, along: float) -> np.ndarray:
+        """Transforms of the sections of the track, after a mean along it; the kernels of all slopes share it."""
+        from scipy.fft import irfft, rfft, rfftn
 
-        return rfftn(values, self.sides)
+        damped = rfft(values, self.sides[0], axis=0) * np.exp(-0.5 * (self.waves[0] * along) ** 2)
+        return rfftn(irfft(damped, self.sides[0], axis=0)[: len(values)], self.sides[1:])
 
     def weighted(self, spectrum: np.ndarray, kernel: Kernel) -> np.ndarray:
-        """Mean with the weights of a kernel around each place."""
+        """Mean with the weights of a kernel around each place, from the spectrum of its mean along the track."""
         from scipy.fft import irfftn
 
-        s, n, z = self.waves
+        _, n, z = self.waves
         cos, sin = np.cos(kernel.slope), np.sin(kernel.slope)
         across, up = cos * n + sin * z, cos * z - sin * n
-        damped = np.exp(-0.5 * ((s * kernel.along) ** 2)) * np.exp(-0.5 * ((across * kernel.thin) ** 2 + (up * kernel.wide) ** 2))
-        return irfftn(spectrum * damped, self.sides)[tuple(slice(n) for n in self.missing.shape)]
+        damped = np.exp(-0.5 * ((across * kernel.thin) ** 2 + (up * kernel.wide) ** 2))
+        return irfftn(spectrum * damped, self.sides[1:])[(slice(None), *(slice(n) for n in self.missing.shape[1:]))]
 
-    def found_holes(self, spectrum: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def found_holes(self) -> tuple[np.ndarray, np.ndarray]:
         """Centres of needles and balls that are too empty, a particle or more below the lid and above the bottom, which are not known
         finer; and the part that is missing in the room of the needle or the ball, the larger of the two."""
-        core, room = np.zeros(self.missing.shape, dtype=bool), self.spectrum(np.ones(self.missing.shape))
+        core, room = np.zeros(self.missing.shape, dtype=bool), np.ones(self.missing.shape)
         part, means = np.full(core.shape, -np.inf), []
         for kernel in self.holes:
-            mean, weight = self.weighted(spectrum, kernel), self.weighted(room, kernel)
+            mean, weight = (self.weighted(self.spectrum(values, kernel.along), kernel) for values in (self.missing, room))
             inner = mean / np.sqrt(weight)
             inner[:, :, :STEPS - 1] = inner[:, :, 1 - STEPS:] = 0.0
             core |= inner >= self.thresholds[kernel]
@@ -158,7 +159,7 @@ class Missing:
         holes = self.around(self.core)
         inner = np.where(holes, 0.0, self.missing)
         inner[:, :, :STEPS] = inner[:, :, -STEPS:] = 0.0
-        spectrum, room = self.spectrum(inner), self.spectrum(1.0 - holes)
+        spectrum, room = (self.spectrum(values, self.plates[0].along) for values in (inner, 1.0 - holes))
         found, means = np.zeros(holes.shape, dtype=bool), {}
         for kernel in self.plates:
             means[kernel] = self.weighted(spectrum, kernel) / np.sqrt(np.clip(self.weighted(room, kernel), 1e-3, 1.0))
