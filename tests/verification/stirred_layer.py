@@ -214,9 +214,10 @@ class Layer:
             log_rate = np.minimum(log_rate, 60.0)
             shear = np.sqrt(3.0)*np.exp(log_rate)
             total = (shear*widths).sum()
-            if abs(total - speed) < 1e-9*speed:
-                break
             low, high = (tau, high) if total < speed else (low, tau)
+            # where a cell begins to flow, its rate jumps, and tau may lie in the jump
+            if abs(total - speed) < 1e-9*speed or high - low < 1e-13*tau:
+                break
             step = np.log(speed/total)/(np.sqrt(3.0)*(shear*slope*widths).sum()/total) if total > 0.0 else tau
             tau = tau + step
             if not low < tau < high:
