@@ -78,7 +78,7 @@ LIBRARIES = {"MPI::MPI_Fortran": ["mpi_f08"], "MPI::MPI_C": ["mpi.h"], "hdf5::fo
 
 LAYERS = re.compile(r"(<!-- layers: .*?-->\n)(.*?)(<!-- end of the layers -->)", re.DOTALL)
 CONTENT = re.compile(r"^\|[^|]*\| `(\w+)` \|[^|]*\| ([^|]+) \|$", re.MULTILINE)
-STEP = re.compile(r"<!-- step: .*?-->\n```\n(.*?)```\n<!-- end of the step -->", re.DOTALL)
+LISTED = re.compile(r"<!-- (step|walks): .*?-->\n(.*?)<!-- end of the \1 -->", re.DOTALL)
 
 
 def layers_of(root):
@@ -117,16 +117,17 @@ def drawn(layers, content):
 def check_text(root, text):
     """What docs/architecture.md says that is not so."""
     layers = layers_of(root)
-    table, step, content = LAYERS.search(text), STEP.search(text), dict(CONTENT.findall(text))
+    table, listed, content = LAYERS.search(text), dict(LISTED.findall(text)), dict(CONTENT.findall(text))
     if not table or table.group(2) != drawn(layers, content):
         yield "docs/architecture.md: the table of the layers is out of date: run docs/architecture.py"
     for name in layers:
         if name not in content:
             yield f"docs/architecture.md: the table of layers lacks the content of {name}"
-    for line in step.group(1).splitlines() if step else ["no step"]:
+    blocks = [re.findall(r"```\n(.*?)```", listed.get(name, ""), re.DOTALL) or [f"no {name}"] for name in ("step", "walks")]
+    for line in "".join(sum(blocks, [])).splitlines():
         names = re.search(r"(\w+) +(\w+/\w+\.[fF]90)", line)
         if not names:
-            yield f"docs/architecture.md: a line of the step names no procedure and file: {line.strip()}"
+            yield f"docs/architecture.md: a line of the step or of a walk names no procedure and file: {line.strip()}"
             continue
         procedure, file = names.groups()
         path = root / "modules" / file
