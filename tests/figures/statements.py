@@ -471,6 +471,7 @@ DEFINITIONS = (
     ("docs/results.md", "axial forces of 10 to 25 kN, 12 to 35 N m, and power that falls from 3.5 to 0.9 kW; strain rates are 3 to 25 /s "
      "and interface velocities 5 to 25 mm/s", QUOTED),
     ("docs/results.md", "torque and power are a little above them at 40 s, the force a little below at 50 s", KEY),
+    ("docs/results.md", "but for the force at 20 s", KEY),
     ("docs/results.md", "1 mm below the surface at 11 mm from the centre line", KEY),
     ("docs/results.md", "plunged at x = 25 mm", KEY),
     ("docs/results.md", "The first 10 s of the same pass", KEY),

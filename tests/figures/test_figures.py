@@ -2,6 +2,7 @@
 """The numbers in the documents are those recorded, and quick measurements reproduce the record."""
 
 import dataclasses
+import importlib.util
 
 import documents
 import figures
@@ -21,6 +22,15 @@ def test_documents_say_what_was_measured():
 def test_quick_measurements(measure):
     """Measured anew: as recorded, within the tolerance of the measurement."""
     assert not figures.compare(measure, measure.run(), RECORD)
+
+
+def test_the_window_is_of_the_rule_of_welds():
+    """The input of the window of docs/window.md is the weld that the rule makes now; of another one its picture and table are to be made again."""
+    spec = importlib.util.spec_from_file_location("welds_run", measures.ROOT / "benchmarks/welds/run.py")
+    welds = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(welds)
+    text = (measures.ROOT / "benchmarks/welds/window.nml").read_text(encoding="utf-8")
+    assert text.split("\n", 1)[1] == welds.text_of("rabe-5754-3-1200-600-nominal", radii=4.0)
 
 
 def test_another_value_is_named_with_its_document():
