@@ -335,7 +335,7 @@ contains
     !> True if clamp `c` still holds node `q`, given the tools inside its box.
     logical function holds(q, c)
       integer, intent(in) :: q, c
-      real(rp) :: d, edge, n(3), x(3)
+      real(rp) :: d, n(3), x(3)
       integer :: k
 
       holds = .true.
@@ -344,7 +344,7 @@ contains
       call wrap(sim%scene%grid, x)
       do k = 1, size(sim%tool)
         if (.not. meets(k, c)) cycle
-        call sim%tool(k)%distance(x, d, n, edge)
+        call sim%tool(k)%distance(x, d, n)
         if (d >= length_along(sim%nodes%patch%edges_at(x), n)) cycle
         if (.not. sim%scene%clamp(c)%clamp%held(maxloc(abs(n), dim=1))) cycle
         if (d <= 0.0_rp .or. box_has(sim%scene, sim%clock, sim%nodes, c, x - d*n)) holds = .false.

@@ -161,7 +161,7 @@ contains
     type(nodes_t), intent(in) :: nodes
     type(tool_t), intent(in) :: tool
     real(rp), intent(in) :: x(3)
-    real(rp) :: d, length(3), n(3), margin
+    real(rp) :: length(3)
     integer :: i, j, k, turns(3)
 
     length = nodes%patch%h*real(nodes%patch%period, rp)
@@ -170,8 +170,7 @@ contains
     do i = -turns(1), turns(1)
       do j = -turns(2), turns(2)
         do k = -turns(3), turns(3)
-          call tool%distance(x + length*real([i, j, k], rp), d, n, margin)
-          image_distance = min(image_distance, d)
+          image_distance = min(image_distance, tool%clearance(x + length*real([i, j, k], rp)))
         end do
       end do
     end do

@@ -27,6 +27,7 @@ module contact_tool_limits
   use simulation_scene, only: scene_t
   use simulation_tool_lists, only: candidates_t, contact_particle_t
   use tools_law, only: friction_law_t, friction_table_t, law_coulomb, of_nothing
+  use tools_mesh_facets, only: cross
   use tools_tool, only: tool_t
   use transfer_weights, only: domain_weights
   implicit none (type, external)
@@ -73,7 +74,7 @@ contains
       if (all(abs(h - h(1)) <= 0.0_rp) .and. &
           (is_bspline .or. all(abs(spacing - spacing(1)) <= 0.0_rp))) return
       if (abs(edge_distance) >= 2.0_rp*maxval(h)) return
-      slope = edge_gradient(tool, x, particle%normal, minval(h))
+      slope = edge_gradient(tool, x, particle%normal, edge_distance, h)
       if (.not. norm2(slope) > 0.0_rp) return
       if (.not. is_bspline) width = norm2(slope*spacing)/length_along(h, slope)
       part = fraction_inside(width, edge_distance/length_along(h, slope))
@@ -113,7 +114,7 @@ contains
     type(candidates_t), intent(in) :: near
     integer, intent(in) :: first(nlane)
     real(rp), intent(inout) :: w(nlane, 18)
-    real(rp) :: cut(3), gap, h(3), half(3), edge_distance, row(3), slope(3), unused(3), x(3)
+    real(rp) :: cut(3), d, h(3), half(3), edge_distance, n(3), row(3), slope(3), x(3)
     integer :: a, p
 
     do p = 1, near%n
@@ -121,9 +122,9 @@ contains
       h = nodes%patch%edges_at(x)
       half = scene%domain(near%body)
       if (scene%layout%half > 0) half = near%ps(p, scene%layout%half:scene%layout%half + 2)
-      call tools(near%tool)%distance(x, gap, unused, edge_distance)
+      call tools(near%tool)%distance(x, d, n, edge_distance, edge_cutoff=norm2(half*h))
       if (edge_distance >= norm2(half*h)) cycle
-      slope = edge_gradient(tools(near%tool), x, near%normal(:, p), minval(h))
+      slope = edge_gradient(tools(near%tool), x, near%normal(:, p), edge_distance, h)
       cut = min(half, max(0.0_rp, norm2(slope*half*h) - max(0.0_rp, edge_distance))*abs(slope)/h)
       do a = 1, 3
         if (cut(a) <= 0.0_rp) cycle
@@ -135,25 +136,27 @@ contains
     end do
   end subroutine cut_at_edges
 
-  !> Unit vector along the surface with `normal` in which the distance to the next edge grows
-  !> fastest at `x`; 0 if it is constant.
-  function edge_gradient(tool, x, normal, h) result(slope)
+  !> Unit vector along the surface with `normal` in which the distance to the next edge,
+  !> `edge_distance` at `x`, grows fastest; 0 if it is constant.
+  function edge_gradient(tool, x, normal, edge_distance, h) result(slope)
     type(tool_t), intent(in) :: tool
     real(rp), intent(in) :: x(3), normal(3)
-    real(rp), intent(in) :: h                    !! shortest edge of the cell [m]
+    real(rp), intent(in) :: edge_distance, h(3)  !! distance to the edge, edges of the cell [m]
     real(rp) :: slope(3)
-    real(rp), parameter :: small = 1.0e-3_rp     !! step of the finite difference [cells]
-    real(rp) :: gap, edge_distances(2), step(3), unused(3)
-    integer :: a, side
+    real(rp), parameter :: small = 1.0e-6_rp     !! step of the finite difference [cells]
+    real(rp) :: along(3, 2), d, n(3), other
+    integer :: a
 
-    do a = 1, 3
-      do side = 1, 2
-        step = 0.0_rp
-        step(a) = small*h*(2*side - 3)
-        step = step - dot_product(step, normal)*normal
-        call tool%distance(x + step, gap, unused, edge_distances(side))
-      end do
-      slope(a) = edge_distances(2) - edge_distances(1)
+    along(:, 1) = 0.0_rp
+    along(minloc(abs(normal), 1), 1) = 1.0_rp
+    along(:, 1) = along(:, 1) - dot_product(along(:, 1), normal)*normal
+    along(:, 1) = along(:, 1)/norm2(along(:, 1))
+    along(:, 2) = cross(normal, along(:, 1))
+    slope = 0.0_rp
+    do a = 1, 2
+      call tool%distance(x + small*minval(h)*along(:, a), d, n, other, &
+                         edge_cutoff=3.0_rp*maxval(h))
+      slope = slope + (other - edge_distance)*along(:, a)
     end do
     if (norm2(slope) > 0.0_rp) slope = slope/norm2(slope)
   end function edge_gradient

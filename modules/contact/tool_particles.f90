@@ -94,7 +94,7 @@ contains
         cutoff = near%displacement + rounding*(0.5_rp*ps(p, sim%scene%layout%surface_offset) &
                                                + friction_distance)*maxval(spacing)
         if (d(p) > cutoff) cycle
-        call tool%distance(ps(p, f_pos:f_pos + 2), gap, normal, edge_distance, cutoff)
+        call tool%distance(ps(p, f_pos:f_pos + 2), gap, normal, edge_distance, cutoff, 0.0_rp)
         if (gap > cutoff) cycle
         half = 0.5_rp*ps(p, sim%scene%layout%surface_offset)*extent(spacing, normal, edge_distance)
         if (gap - half > near%displacement + friction_distance*norm2(normal*spacing)) cycle
@@ -185,7 +185,8 @@ contains
     type(contact_particle_t), intent(inout) :: particle
     real(rp) :: back, gap, relative(3), edge_distance, time, unused(3)
 
-    call sim%tool(near%tool)%distance(x + dt*v, gap, particle%normal, edge_distance)
+    call sim%tool(near%tool)%distance(x + dt*v, gap, particle%normal, edge_distance, &
+                                      edge_cutoff=2.0_rp*maxval(particle%cell_edges))
     gap = gap - particle%surface_distance
     takes_part = gap < max(zone, friction_zone)
     if (.not. takes_part) return

@@ -145,7 +145,7 @@ contains
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tools(:)
     type(particles_t), intent(in) :: particles
-    real(rp) :: deepest(size(tools)), d, normal(3), reach, edge_distance
+    real(rp) :: deepest(size(tools)), reach
     integer :: b, k, p
 
     deepest = 0.0_rp
@@ -153,8 +153,8 @@ contains
       reach = 0.5_rp*minval(scene%body(particles%body(b))%spacing)
       do k = 1, size(tools)
         do p = 1, particles%count(b)
-          call tools(k)%distance(particles%ps(p, f_pos:f_pos + 2, b), d, normal, edge_distance)
-          deepest(k) = max(deepest(k), reach - d)
+          deepest(k) = max(deepest(k), &
+                           reach - tools(k)%clearance(particles%ps(p, f_pos:f_pos + 2, b)))
         end do
       end do
     end do

@@ -194,13 +194,13 @@ contains
     real(rp), intent(in) :: dt                         !! time since the last conduction step [s]
     type(block_t), intent(in) :: block
     type(exchange_t), intent(inout) :: x
-    real(rp) :: area, depth, gap, margin, normal(3)
+    real(rp) :: area, depth, gap, normal(3)
     integer :: p
 
     associate (tool => sim%tool(k), ps => block%ps)
       do p = 1, block%n
         if (ps(p, tool%heat%place) <= 0.0_rp) cycle
-        call tool%distance(ps(p, f_pos:f_pos + 2), gap, normal, margin)
+        call tool%distance(ps(p, f_pos:f_pos + 2), gap, normal)
         depth = 0.5_rp*norm2(normal*sim%scene%spacing_of(block%body, ps(p, :)))
         area = ps(p, tool%heat%place)/dt
         call add_contact(sim%scene, sim%nodes, block, p, k, area, tool%heat%gap_coefficient, &

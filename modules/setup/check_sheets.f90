@@ -58,7 +58,7 @@ contains
     type(tool_t), intent(in) :: tool(:)
     integer, intent(in) :: a
     real(rp), intent(in) :: x(3)                  !! [m]
-    real(rp) :: force(3), edge_distance, gap, normal(3)
+    real(rp) :: force(3), gap, normal(3)
     logical :: is_held
     integer :: i
     type(wall_t) :: wall
@@ -77,7 +77,7 @@ contains
       is_loaded = is_loaded .or. abs(force(a)) > 0.0_rp
     end do
     do i = 1, size(tool)
-      call tool(i)%distance(x, gap, normal, edge_distance)
+      call tool(i)%distance(x, gap, normal)
       is_loaded = is_loaded .or. abs(normal(a)) > 0.5_rp
     end do
     is_loaded = is_loaded .and. is_held

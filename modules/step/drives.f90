@@ -164,7 +164,7 @@ contains
     type(particles_t), intent(in) :: particles
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: phase
-    real(rp) :: along, d, touches(1), normal(3), unused, x(3)
+    real(rp) :: along, d, touches(1), normal(3), x(3)
     integer :: b, p
 
     if (.not. tool%has_shape()) return
@@ -172,7 +172,7 @@ contains
     touches = 0.0_rp                             ! 1: a particle touches the shoulder
     do b = 1, particles%nblk
       do p = 1, particles%count(b)
-        call tool%distance(particles%ps(p, f_pos:f_pos + 2, b), d, normal, unused)
+        call tool%distance(particles%ps(p, f_pos:f_pos + 2, b), d, normal)
         if (d > 0.5_rp*scene%grid%longest()) cycle
         ! Nearest point on the tool surface, relative to the tool.
         x = particles%ps(p, f_pos:f_pos + 2, b) - d*normal - tool%position

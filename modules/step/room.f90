@@ -286,7 +286,7 @@ contains
     type(tool_t), intent(in) :: tool
     real(rp), intent(in) :: h(3), x(3)                 !! edges and centre of the room [m]
     real(rp), parameter :: sigma = sqrt(0.125_rp)
-    real(rp) :: d, edge_distance, n(3)
+    real(rp) :: d, n(3)
     integer :: i, j, k
 
     part = 0.0_rp
@@ -298,7 +298,7 @@ contains
     do i = -1, 1, 2
       do j = -1, 1, 2
         do k = -1, 1, 2
-          call tool%distance(x + sigma*h*real([i, j, k], rp), d, n, edge_distance)
+          call tool%distance(x + sigma*h*real([i, j, k], rp), d, n)
           part = part + 0.0625_rp*erfc(d/(sqrt(2.0_rp)*sigma*norm2(n*h)))
         end do
       end do
@@ -354,9 +354,9 @@ contains
     type(tool_t), intent(in) :: tool
     real(rp), intent(in) :: x(3), half       !! position, distance of the surface [m]
     real(rp), intent(inout) :: step(3)       !! displacement [m]
-    real(rp) :: d, n(3), edge_distance, into
+    real(rp) :: d, into, n(3)
 
-    call tool%distance(x, d, n, edge_distance, half + norm2(step))
+    call tool%distance(x, d, n, cutoff=half + norm2(step))
     into = -dot_product(step, n) - max(0.0_rp, d - half)
     if (into > 0.0_rp .and. d < half + norm2(step)) step = step + into*n
   end subroutine stop_at

@@ -210,10 +210,11 @@ contains
   end subroutine cells_of
 
   !> Signed distance, gradient and distance to the edge as in `distance`. Beyond `bound` any value
-  !> above it may be returned; only the sign of the distance to the edge is certain.
-  pure subroutine near_distance(self, x, bound, d, normal, edge_distance)
+  !> above it may be returned; beyond `edge_bound` only the sign of the distance to the edge is
+  !> certain.
+  pure subroutine near_distance(self, x, bound, edge_bound, d, normal, edge_distance)
     class(surface_mesh_t), intent(in) :: self
-    real(rp), intent(in) :: x(3), bound
+    real(rp), intent(in) :: x(3), bound, edge_bound
     real(rp), intent(out) :: d, normal(3), edge_distance
     real(rp) :: at(3)
     integer :: facet, region
@@ -221,7 +222,8 @@ contains
     normal = 0.0_rp
     edge_distance = no_edge
     call self%nearest_within(x, bound, facet, region, at, d)
-    if (facet > 0) call self%gradient_at(x, facet, region, at, 1.0e-12_rp*self%radius, d, normal, &
+    if (facet > 0) call self%gradient_at(x, facet, region, at, &
+                                         max(edge_bound, 1.0e-12_rp*self%radius), d, normal, &
                                          edge_distance)
   end subroutine near_distance
 

@@ -107,10 +107,11 @@ contains
   end subroutine lower_bounds
 
   !> Signed distance, gradient and distance to the edge as in `distance`. Beyond the cutoff any
-  !> value above it may be returned; only the sign of the distance to the edge is certain.
-  pure subroutine near_distance(self, x, cutoff, d, normal, edge_distance)
+  !> value above it may be returned; beyond that of the edge only the sign of the distance to the
+  !> edge is certain.
+  pure subroutine near_distance(self, x, cutoff, edge_cutoff, d, normal, edge_distance)
     class(shape_t), intent(in) :: self
-    real(rp), intent(in) :: x(3), cutoff             !! position, cutoff distance [m]
+    real(rp), intent(in) :: x(3), cutoff, edge_cutoff    !! position, cutoff distances [m]
     real(rp), intent(out) :: d               !! signed distance [m]
     real(rp), intent(out) :: normal(3)       !! unit normal [-]
     real(rp), intent(out) :: edge_distance   !! distance to the edge [m]

@@ -51,12 +51,12 @@ contains
     call self%mesh%lower_bounds(n, x, d)
   end subroutine lower_bounds
 
-  pure subroutine near_distance(self, x, cutoff, d, normal, edge_distance)
+  pure subroutine near_distance(self, x, cutoff, edge_cutoff, d, normal, edge_distance)
     class(meshed_t), intent(in) :: self
-    real(rp), intent(in) :: x(3), cutoff
+    real(rp), intent(in) :: x(3), cutoff, edge_cutoff
     real(rp), intent(out) :: d, normal(3), edge_distance
 
-    call self%mesh%near_distance(x, cutoff, d, normal, edge_distance)
+    call self%mesh%near_distance(x, cutoff, edge_cutoff, d, normal, edge_distance)
   end subroutine near_distance
 
   pure subroutine bounds(self, axes, middle, half)

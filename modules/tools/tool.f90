@@ -196,26 +196,28 @@ contains
   end function stirring_radius
 
   !> Signed distance `d` of `x` from the tool, its gradient `n` (out of the tool), and the distance
-  !> along the surface to the nearest convex edge.
-  pure subroutine distance(self, x, d, n, edge_distance, cutoff)
+  !> along the surface to the nearest convex edge. Beyond a cutoff any value above it may be
+  !> returned; beyond that of the edge only the sign of the distance to the edge is certain.
+  pure subroutine distance(self, x, d, n, edge_distance, cutoff, edge_cutoff)
     class(tool_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
     real(rp), intent(out) :: d               !! signed distance [m]
     real(rp), intent(out) :: n(3)            !! unit normal [-]
-    real(rp), intent(out) :: edge_distance   !! distance to the edge [m]
-    real(rp), intent(in), optional :: cutoff             !! [m]
-    real(rp) :: y(3), m(3)
+    real(rp), intent(out), optional :: edge_distance         !! distance to the edge [m]
+    real(rp), intent(in), optional :: cutoff, edge_cutoff    !! default: none [m]
+    real(rp) :: edge, edge_reach, m(3), reach, y(3)
 
     d = huge(1.0_rp)
     n = 0.0_rp
-    edge_distance = no_edge
+    if (present(edge_distance)) edge_distance = no_edge
     if (.not. self%has_shape()) return
     y = matmul(x - self%position, self%axes)
-    if (present(cutoff)) then
-      call self%shape%near_distance(y, cutoff, d, m, edge_distance)
-    else
-      call self%shape%distance(y, d, m, edge_distance)
-    end if
+    reach = huge(1.0_rp)
+    if (present(cutoff)) reach = cutoff
+    edge_reach = merge(no_edge, 0.0_rp, present(edge_distance))
+    if (present(edge_cutoff)) edge_reach = edge_cutoff
+    call self%shape%near_distance(y, reach, edge_reach, d, m, edge)
+    if (present(edge_distance)) edge_distance = edge
     n = matmul(self%axes, m)
   end subroutine distance
 
@@ -223,9 +225,9 @@ contains
   pure real(rp) function clearance(self, x)
     class(tool_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
-    real(rp) :: n(3), edge_distance
+    real(rp) :: n(3)
 
-    call self%distance(x, clearance, n, edge_distance)
+    call self%distance(x, clearance, n)
   end function clearance
 
   !> Signed distances of `n` positions x(:, 1:3) [m], or with `is_bound` lower bounds, which take
