@@ -14,7 +14,7 @@ module heat_alone_files
   use io_frames, only: frame_name, write_heat_frame, write_series
   use io_histories, only: row_t, table_t
   use output_guards, only: melting_json, melting_t
-  use output_progress, only: progress_t
+  use output_progress, only: progress_t, run_json
   use output_writer, only: next_time
   use simulation_scene, only: output_t, scene_t
   implicit none (type, external)
@@ -230,19 +230,18 @@ contains
     if (run%integrator%method /= rkl2 .and. run%integrator%method /= euler) then
       solver = trim(solver_names(max(by_cg, run%integrator%implicit%solver)))
     end if
-    call write_whole(scene%output%directory//'/'//scene%output%name//'_summary.json', '{'//nl// &
-                     '  "cells": '//str(run%cells)//','//nl//'  "steps": '// &
-                     str(run%integrator%steps - self%progress%first_step)//','//nl// &
-                     melting_json(run%molten)//nl//'  "refused_steps": '// &
-                     str(run%integrator%refused)//','//nl// &
-                     '  "evaluations": '//str(run%heat%evaluations)//','//nl// &
-                     '  "integrator": "'//trim(method_names(run%integrator%method))//'",'//nl// &
-                     '  "solver": "'//solver//'",'//nl//'  "linear_solves": '// &
-                     str(run%integrator%implicit%linear%solves)//','//nl// &
-                     '  "linear_iterations": '//str(run%integrator%implicit%linear%iterations)// &
-                     ','//nl//'  "ranks": '//str(run%heat%world%size)//','//nl// &
-                     '  "wall_seconds": '//str(wall)//','//nl//'  "cpu_seconds": '//str(cost(1))// &
-                     ','//nl//'  "peak_memory_bytes": '//str(nint(cost(2), i8))//nl//'}'//nl, error)
+    associate (steps => run%integrator%steps - self%progress%first_step, &
+               linear => run%integrator%implicit%linear)
+      call write_whole(scene%output%directory//'/'//scene%output%name//'_summary.json', '{'//nl// &
+                       run_json(run%heat%world%size, steps, wall, cost(1), cost(2))//nl// &
+                       melting_json(run%molten)//nl//'  "cells": '//str(run%cells)//','//nl// &
+                       '  "refused_steps": '//str(run%integrator%refused)//','//nl// &
+                       '  "evaluations": '//str(run%heat%evaluations)//','//nl// &
+                       '  "integrator": "'//trim(method_names(run%integrator%method))//'",'//nl// &
+                       '  "solver": "'//solver//'",'//nl//'  "linear_solves": '// &
+                       str(linear%solves)//','//nl//'  "linear_iterations": '// &
+                       str(linear%iterations)//nl//'}'//nl, error)
+    end associate
     if (.not. scene%output%is_quiet) then
       call log_line(str(run%integrator%steps - self%progress%first_step)//' steps ('// &
                     trim(method_names(run%integrator%method))//', '//str(run%heat%evaluations)// &

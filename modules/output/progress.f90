@@ -17,7 +17,7 @@ module output_progress
   implicit none (type, external)
   private
 
-  public :: progress_t, time_left_t
+  public :: progress_t, run_json, time_left_t
 
   character(*), parameter :: nl = new_line('a')
 
@@ -138,11 +138,9 @@ contains
     integer :: k
 
     share = 100.0_rp*all([(k, k=1, n_phases), n_phases + 6])/max(sum(all(1:n_phases)), tiny(1.0_rp))
-    text = '{'//nl//'  "version": "'//release//'",'//nl//'  "commit": "'//commit()//'",'//nl// &
-      '  "finished": "'//now()//'",'//nl//'  "particles": '//str(self%particles)//','//nl// &
-      '  "steps": '//str(clock%step - self%first_step)//','//nl//'  "ranks": '//str(world%size)// &
-      ','//nl//'  "wall_seconds": '//str(wall)//','//nl//'  "cpu_seconds": '// &
-      str(all(n_phases + 1))//','//nl//'  "particle_steps_per_wall_second": '//str(steps/wall)// &
+    text = '{'//nl//run_json(world%size, clock%step - self%first_step, wall, all(n_phases + 1), &
+                            all(n_phases + 2))//nl//'  "particles": '//str(self%particles)// &
+      ','//nl//'  "particle_steps_per_wall_second": '//str(steps/wall)// &
       ','//nl//'  "particle_steps_per_cpu_second": '// &
       str(steps/max(all(n_phases + 1), 1.0e-9_rp))//','//nl//others//nl//'  "awake_share": '// &
       str(all(n_phases + 3)/max(steps, 1.0_rp))//','//nl//'  "imbalance_mean": '// &
@@ -150,7 +148,6 @@ contains
       '  "imbalance_worst": '//str(exchange%balance%worst)//','//nl//'  "partitions": '// &
       str(exchange%balance%cuts)//','//nl//'  "messages": '//str(nint(all(n_phases + 4), i8))// &
       ','//nl//'  "bytes_sent": '//str(nint(all(n_phases + 5), i8))//','//nl// &
-      '  "peak_memory_bytes": '//str(nint(all(n_phases + 2), i8))//','//nl// &
       '  "waiting_percent": '//str(share(n_phases + 1))//','//nl//'  "phase_percent": {'
     do k = 1, n_phases
       text = text//nl//'    "'//trim(phase_name(k))//'": '//str(share(k))// &
@@ -158,6 +155,20 @@ contains
     end do
     text = text//nl//'  }'//nl//'}'//nl
   end function json
+
+  !> Members of NAME_summary.json that every kind of run has, each with its comma.
+  function run_json(ranks, steps, wall, cpu, memory) result(text)
+    integer, intent(in) :: ranks
+    integer(i8), intent(in) :: steps
+    real(rp), intent(in) :: wall, cpu   !! wall-clock time, processor time of all ranks [s]
+    real(rp), intent(in) :: memory      !! of all ranks [bytes]
+    character(:), allocatable :: text
+
+    text = '  "version": "'//release//'",'//nl//'  "commit": "'//commit()//'",'//nl// &
+      '  "finished": "'//now()//'",'//nl//'  "ranks": '//str(ranks)//','//nl//'  "steps": '// &
+      str(steps)//','//nl//'  "wall_seconds": '//str(wall)//','//nl//'  "cpu_seconds": '// &
+      str(cpu)//','//nl//'  "peak_memory_bytes": '//str(nint(memory, i8))//','
+  end function run_json
 
   !> Text of a share in percent, six characters wide.
   pure function percent(share) result(text)

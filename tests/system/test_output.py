@@ -236,6 +236,15 @@ def test_summary(small):
     assert sum(summary["phase_percent"].values()) == pytest.approx(100.0, abs=1.0)
 
 
+def test_summary_of_heat_alone(run, small):
+    """Exact: the summary of a run without mechanics names its program and cost like that of a run with it."""
+    both = [json.loads(done.results(name).path("_summary.json").read_text())
+            for done, name in ((small, "small"), (run("heat_slab", "--quiet", sets={"TIME.MAX_STEPS": 2}), "heat_slab"))]
+    for key in ("version", "commit", "finished", "ranks", "steps", "wall_seconds", "cpu_seconds", "peak_memory_bytes"):
+        assert type(both[0][key]) is type(both[1][key]), key
+    assert both[0]["commit"] == both[1]["commit"]
+
+
 def test_nothing_else_is_written(small):
     """Exact: only small.out with the files that --help names."""
     assert [p.name for p in small.directory.iterdir()] == ["small.out"]
