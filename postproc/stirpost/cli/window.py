@@ -11,8 +11,8 @@ window which was stopped goes on. --slurm: as a job array, as `stirpost sweep`.
 Written to DIR (default INPUT's stem_window): window.csv, a row a setting, and window.png, a map for each force with contours of
 axial force, torque, power and temperature. The first of these that is true names a setting: broke down (the run failed),
 beyond the machine (mean force or torque in travel above --max-force, --max-torque), above solidus (metal above its melting point, by the
-summary of the run), groove, lack of fill, tunnel, loose metal (the largest void), flash (metal above the sheet is more than --flash of
-the section of the sheet under the shoulder), closed (a pore is closed too). Where no track is behind the tool yet: no track.
+summary of the run), groove, lack of fill, tunnel, loose metal (the largest void), small voids (pores, or less loose metal than is resolved), flash (metal above the
+sheet is more than --flash of the section of the sheet under the shoulder), closed. Where no track is behind the tool yet: no track.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 AXES = {"rpm": "rotational speed [1/min]", "speed": "travel speed [mm/s]", "force": "force [kN]"}
 # Names of settings, the first that is true counts, with their colours.
 NAMES = {"broke down": "#8a96a3", "beyond the machine": "#b48ccb", "above solidus": "#e8836b", "groove": "#f2b25c", "lack of fill": "#f5d76e",
-         "tunnel": "#f7e9a0", "loose metal": "#d9d2c0", "flash": "#a9cfe8", "no track": "#ffffff", "closed": "#9fd4a8"}
+         "tunnel": "#f7e9a0", "loose metal": "#d9d2c0", "small voids": "#dfeeb5", "flash": "#a9cfe8", "no track": "#ffffff", "closed": "#9fd4a8"}
 CONTOURS = {"axial force, mean [N]": (1e-3, "axial force [kN]"), "torque, mean [N m]": (1.0, "torque [N m]"),
             "power, mean [W]": (1e-3, "power [kW]"), "highest temperature [K]": (1.0, "highest temperature [{}]")}
 FOUND = "result"
@@ -198,6 +198,8 @@ def name_of(run: Run, found: dict, options: argparse.Namespace) -> str:
     for kind, name in (("open", "groove"), ("root", "lack of fill"), ("closed", "tunnel"), ("loose", "loose metal")):
         if any(void.kind == kind and not track.is_minor(void) for void in track.all):
             return name
+    if track.all:
+        return "small voids"
     return "flash" if found.get("flash over the section under the shoulder [%]", 0.0) > options.flash else "closed"
 
 
