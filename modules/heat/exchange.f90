@@ -7,9 +7,9 @@
 !> that was in contact with a tool since the last conduction step has its mean contact area A in
 !> this time.
 !>
-!> Heat is taken from the nodes by the weights w of the particle. An explicit step takes the flow at
-!> the end of the step: that at the temperatures which all other heat gives, divided by 1 + dt sum
-!> w_i L_i/C_i, with the conductances L and capacities C of the nodes. This is stable for any
+!> Heat is taken from the nodes by the weights w of the particle. An explicit step takes the mean
+!> flow of a difference that falls exponentially at the rate sum w_i L_i/C_i, with the conductances
+!> L and capacities C of the nodes, while all other heat comes evenly. This is stable for any
 !> conductance and step (docs/method.md). The temperatures of sinks (tools, and the columns of
 !> backings) are those at the end of the step.
 module heat_exchange
@@ -23,6 +23,7 @@ module heat_exchange
   use simulation_scene, only: film_t, of_pressure, scene_t, stefan_boltzmann
   use tools_heat_sink, only: backing_t, find_backing
   use tools_tool, only: tool_t
+  use transfer_conduction, only: relax
   implicit none (type, external)
   private
 
@@ -260,14 +261,14 @@ contains
   !> Collective. Subtract the heat flows of a step `dt` [s] from lane 5 of the second grid and book
   !> them. With the nodal temperatures at the end of the step in lane 4 (`ends`) they are those at
   !> these temperatures. Otherwise lane 4 is the temperature before the step, lane 5 its increment
-  !> by all other heat, and lane 2 the rate L/C of the conductances; the flow is then that at the
-  !> end of the step, with the response of the metal to an even flow through its neighbours.
+  !> by all other heat, and lane 2 the rate L/C of the conductances; the flow is then its
+  !> mean in the step, with the response of the metal to an even flow through its neighbours.
   subroutine add_exchange(sim, dt, ends, x)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt
     logical, intent(in) :: ends
     type(exchange_t), intent(inout) :: x
-    real(rp) :: conductance(x%n), heat, surface(x%n)
+    real(rp) :: conductance(x%n), heat, part, share, surface(x%n)
     real(rp) :: power(size(x%t_face0)), total(size(x%t_face0))  ! of each sink: heat flow [W],
                                                                 ! conductance [W/K]
     integer :: e
@@ -278,8 +279,9 @@ contains
       surface(e) = x%excess(e) + mean_of(sim%nodes, x, e, 4)
       conductance(e) = x%conductance(e)
       if (.not. ends) then
-        surface(e) = surface(e) + mean_of(sim%nodes, x, e, 5)
-        conductance(e) = conductance(e)/(1.0_rp + dt*mean_of(sim%nodes, x, e, 2))
+        call relax(dt*mean_of(sim%nodes, x, e, 2), share, part)
+        surface(e) = surface(e) + part/share*mean_of(sim%nodes, x, e, 5)
+        conductance(e) = share*conductance(e)
       end if
       associate (k => x%sink(e))
         if (k == 0) cycle

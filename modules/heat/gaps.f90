@@ -16,7 +16,7 @@ module heat_gaps
   use simulation_nodes, only: clear_nodes, nodes_t
   use simulation_parts, only: simulation_t
   use simulation_scene, only: scene_t
-  use transfer_conduction, only: min_capacity, surface_to_grid
+  use transfer_conduction, only: min_capacity, relax, surface_to_grid
   use transfer_weights, only: point_nodes
   implicit none (type, external)
   private
@@ -189,27 +189,29 @@ contains
   end subroutine add_centroids
 
   !> Add the heat flow through the gaps of this rank in `dt` to lane 5 of the second grid, as those
-  !> of heat_exchange: at the temperatures in lane 4, or (unless `ends`) at the end of an explicit
+  !> of heat_exchange: at the temperatures in lane 4, or (unless `ends`) the mean of an explicit
   !> step.
   subroutine add_gap_fluxes(nodes, gaps, dt, ends)
     type(nodes_t), intent(inout) :: nodes
     type(gaps_t), intent(in) :: gaps
     real(rp), intent(in) :: dt                    !! time step [s]
     logical, intent(in) :: ends
-    real(rp) :: heat, rate, t(2)
+    real(rp) :: heat, increment(2), part, rate, share, t(2)
     integer :: c, e, k
 
     do e = 1, gaps%n
       rate = 0.0_rp
+      increment = 0.0_rp
       do k = 1, 2
         associate (g => nodes%g(:, gaps%node(:, k, e), gaps%group(k, e)), w => gaps%weight(:, k, e))
           t(k) = sum(w*g(4, :))
           if (ends) cycle
-          t(k) = t(k) + sum(w*g(5, :))
+          increment(k) = sum(w*g(5, :))
           rate = rate + sum(w*g(2, :))
         end associate
       end do
-      heat = dt*gaps%conductance(e)/(1.0_rp + dt*rate)*(t(1) - t(2))
+      call relax(dt*rate, share, part)
+      heat = dt*gaps%conductance(e)*(share*(t(1) - t(2)) + part*(increment(1) - increment(2)))
       do k = 1, 2
         do c = 1, 8
           associate (flux => nodes%g2(5, gaps%node(c, k, e), gaps%group(k, e)))

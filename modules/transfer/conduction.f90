@@ -11,7 +11,7 @@ module transfer_conduction
   private
 
   public :: capacity_to_grid, pressure_to_grid, compute_nodal_temperature, compute_nodal_pressure
-  public :: add_increment, compute_increment, flux_to_grid, heat_particles, surface_to_grid
+  public :: add_increment, compute_increment, flux_to_grid, heat_particles, relax, surface_to_grid
 
   !> Capacity below which a node is empty [J/K].
   real(rp), parameter, public :: min_capacity = 1.0e-30_rp
@@ -162,6 +162,23 @@ contains
       if (g(1, i) > min_capacity) g(5:6, i) = g(5:6, i) + flux(5, i)/g(1, i)
     end do
   end subroutine add_increment
+
+  !> Exchange in a step of a difference that by itself would fall to exp(-a) of its value: its mean
+  !> in the step is `share` of the difference before the step plus `part` of the increment that
+  !> other heat gives it at an even rate.
+  elemental subroutine relax(a, share, part)
+    real(rp), intent(in) :: a                     !! rate of the exchange times the step, >= 0
+    real(rp), intent(out) :: share, part
+    real(rp), parameter :: small = 1.0e-2_rp      ! below it the series are exact to 1e-11
+
+    if (a < small) then
+      share = 1.0_rp - a/2.0_rp + a**2/6.0_rp - a**3/24.0_rp + a**4/120.0_rp
+      part = 0.5_rp - a/6.0_rp + a**2/24.0_rp - a**3/120.0_rp
+    else
+      share = (1.0_rp - exp(-a))/a
+      part = (1.0_rp - share)/a
+    end if
+  end subroutine relax
 
   !> Update the particle temperatures by the increment in lane 5 and consume their stored heat. They
   !> return the fraction `smoothing` of their difference from the nodes (lane 8) less the nodal mean

@@ -6,7 +6,7 @@ program test_conduction
   use check, only: begin_tests, end_tests, expect_close
   use transfer_conduction, only: add_increment, capacity_to_grid, compute_increment, &
                                  compute_nodal_pressure, compute_nodal_temperature, flux_to_grid, &
-                                 heat_particles, pressure_to_grid, surface_to_grid
+                                 heat_particles, pressure_to_grid, relax, surface_to_grid
   use transfer_scatter, only: p2g_affine_block
   use transfer_weights, only: block_weights, moment_weights, own_weights
   implicit none (type, external)
@@ -24,6 +24,7 @@ program test_conduction
   real(rp) :: tau(nlane, 6)
 
   call begin_tests()
+  call test_relax()
   call random_init(.true., .false.)
   do n = 1, nlane, 21
     call draw()
@@ -115,6 +116,22 @@ contains
     if (size(want) == 0) return
     call expect_close(name, maxval(abs(got - want)), 0.0_rp, atol=2.0e-13_rp*maxval(abs(want)))
   end subroutine compare
+
+  !> A difference u with du/dt = -a u + 1 in a step of length 1, from u = 3: what it exchanges, a
+  !> times its mean, is what its end lacks of 4. Series for small a.
+  subroutine test_relax()
+    real(rp), parameter :: a(8) = [1.0e-12_rp, 1.0e-5_rp, 9.9e-3_rp, 1.01e-2_rp, 0.3_rp, 2.0_rp, &
+                                   50.0_rp, 1.0e12_rp]
+    real(rp) :: last(8), part(8), share(8)
+
+    call relax(a, share, part)
+    last = 3.0_rp*exp(-a) + (1.0_rp - exp(-a))/a
+    where (a < 1.0e-4_rp) last = 4.0_rp - 3.5_rp*a + 5.0_rp*a**2/3.0_rp
+    call expect_close('exchange to an equilibrium', &
+                      maxval(abs(4.0_rp - a*(3.0_rp*share + part) - last)), 0.0_rp, &
+                      atol=1.0e-11_rp)
+    call expect_close('its mean in a short step', 3.0_rp*share(1) + part(1), 3.5_rp, rtol=1.0e-9_rp)
+  end subroutine test_relax
 
   subroutine test_capacity()
     real(rp) :: g(8, nn), before(8, nn)
