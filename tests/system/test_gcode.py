@@ -52,8 +52,11 @@ def test_input_with_a_program(run, tmp_path, capsys):
     """The groups are those of an input that --check takes: ways and speeds of its phases are the program's."""
     (tmp_path / "weld.nc").write_text(PROGRAM, encoding="utf-8")
     assert cli.main(["gcode", str(tmp_path / "weld.nc"), "--rapid", "600"]) == 0
-    motions = capsys.readouterr().out
-    assert "POSITION = 0.015, 0.02, 0.0133" in motions
+    motions, warned = capsys.readouterr()
+    assert "POSITION = 0.015, 0.02, 0.0133" in motions and "moves 9.21 s, dwells (G4 P) 0.5 s" in motions and warned == ""
+    (tmp_path / "ms.nc").write_text(PROGRAM.replace("P0.5", "P500"), encoding="utf-8")
+    assert cli.main(["gcode", str(tmp_path / "ms.nc"), "--rapid", "600"]) == 0
+    assert "the dwells take 500 s, longer than the moves (9.21 s)" in capsys.readouterr().err
     scene = re.sub(r"^&MOTION [^/]*/\n", "", run(None, "--new", "pin").out, flags=re.M)
     (tmp_path / "weld.nml").write_text(scene + motions, encoding="utf-8")
     out = run("weld.nml", "--check=scene", sets={"TIME.END": 9.71, "TOOL.POSITION": "15e-3,20e-3,13.3e-3"}).out

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import re
+import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -131,6 +132,11 @@ def main(arguments: list[str] | None = None) -> int:
     machine = read(text_of(options.program), options.rapid and options.rapid * 1e-3 / 60.0)
     if machine.start is not None:
         print(f"! Put into &TOOL: POSITION = {', '.join(f'{x:.9g}' for x in machine.start + zero)}")
-    print(f"! {options.program.name}: {sum(phase[0] for phase in machine.phases):.6g} s, for &TIME END.")
+    dwells = sum(phase[0] for phase in machine.phases if not phase[1].any())
+    moves = sum(phase[0] for phase in machine.phases) - dwells
+    print(f"! {options.program.name}: {moves + dwells:.6g} s, for &TIME END: moves {moves:.6g} s, dwells (G4 P) {dwells:.6g} s.")
+    if dwells > moves:
+        print(f"stirpost gcode: warning: G4 P is read in seconds: the dwells take {dwells:.6g} s, longer than the moves "
+              f"({moves:.6g} s). If the machine counts milliseconds, divide P by 1000.", file=sys.stderr)
     print(groups(machine, options.tool))
     return 0
