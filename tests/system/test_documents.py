@@ -117,7 +117,7 @@ def tutorial_scene(directory):
 def test_python(tmp_path):
     """The blocks of docs/python.md run one after the other on the weld of the tutorial, with a tracer as they ask for."""
     blocks = re.findall(r"^```python\n(.*?)^```", (driver.ROOT / "docs/python.md").read_text(encoding="utf-8"), re.M | re.S)
-    assert len(blocks) == 10
+    assert len(blocks) == 11
     tutorial_scene(tmp_path)
     with open(tmp_path / "weld.nml", "a", encoding="utf-8") as file:
         file.write("&TRACER NAME = 'track', KIND = 'line', FROM = 30e-3, 12e-3, 7e-3, TO = 30e-3, 28e-3, 7e-3, SPACING = 4e-3 /\n")
@@ -126,6 +126,11 @@ def test_python(tmp_path):
                           capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stderr
     assert "degrees Celsius" in done.stdout and (tmp_path / "particles.vtp").exists()
+    read = re.search(r"^`(pd\.read_csv\(.*\))`", (driver.ROOT / "docs/python.md").read_text(encoding="utf-8"), re.M)[1]
+    table = eval(read.replace('"faster', f'"{tmp_path}/faster', 1), {"pd": pytest.importorskip("pandas")})
+    assert np.isfinite(table["tool_torque[Nm]"]).all() and table["time[s]"].is_monotonic_increasing
+    points = pytest.importorskip("meshio", reason="meshio is not installed").read(tmp_path / "particles.vtu")
+    assert len(points.points) == len(points.point_data["temperature"]) > 1000
 
 
 def test_notebook(tmp_path):
