@@ -172,7 +172,8 @@ contains
     else if (scene%method%cfl*rim > waves .and. scene%method%fixed_dt <= 0.0_rp) then
       call input%warn('TIME', 1, key, 'the rim of '//trim(tool%name)//' moves by '// &
                       str(scene%method%cfl*rim/waves)//' cells in a step: flow near it is '// &
-                      'poorly resolved in time')
+                      'poorly resolved in time. At most '// &
+                      str(factor*(waves/(scene%method%cfl*rim))**2)//' for one cell')
     end if
   end subroutine check_mass_scaling
 

@@ -140,7 +140,9 @@ def test_inertia_above_strength(run, tmp_path, speed, passes):
     assert most == pytest.approx(passes, rel=0.02)
     run("pin.nml", "--check=scene", sets=sets | {"TIME.MASS_SCALING": 1.01 * most}, expect=driver.BAD_INPUT)
     coarse = run("pin.nml", "--check=scene", sets=sets | {"TIME.MASS_SCALING": 0.99 * most})
-    assert re.search(r"warning: &TIME MASS_SCALING .* cells in a step", coarse.err + coarse.out)
+    fits = float(re.search(r"warning: &TIME MASS_SCALING .* cells in a step: .* At most (\S+) for one cell", coarse.out)[1])
+    for factor in (0.99, 1.01):
+        assert ("cells in a step" in run("pin.nml", "--check=scene", sets=sets | {"TIME.MASS_SCALING": factor * fits}).out) == (factor > 1)
     for factor, status in ((1.01 * most, driver.BAD_INPUT), (0.99 * most, driver.WELL)):   # of a range its smallest factor
         adapts = {"TIME.MASS_SCALING": 2 * most, "TIME.MASS_SCALING_RANGE": f"{factor},{4 * most}"}
         assert ("MASS_SCALING_RANGE" in run("pin.nml", "--check=scene", sets=sets | adapts, expect=status).err) or status == driver.WELL
