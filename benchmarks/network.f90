@@ -100,7 +100,7 @@ contains
       call world%barrier()
       t = wall_time()
       do i = 1, turns
-        call halo%sum(world, record, patch%nn, g)
+        call halo%sum(record, patch%nn, g)
       end do
       best = min(best, (wall_time() - t)/turns)
     end do

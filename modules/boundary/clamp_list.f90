@@ -3,11 +3,11 @@
 !> faces that lie between nodes (boundary_clamps).
 module boundary_clamp_list
   use base_kinds, only: rp
-  use base_world, only: world_t
   use boundary_clamps, only: box_has, slack
   use grid_geometry, only: wrap
+  use simulation_boundary, only: column_nodes_t, column_t
   use simulation_nodes, only: append, nodes_t
-  use simulation_parts, only: boundary_t, column_nodes_t, column_t, simulation_t
+  use simulation_parts, only: simulation_t
   use simulation_run, only: clock_t
   use simulation_scene, only: scene_t
   implicit none (type, external)
@@ -22,29 +22,31 @@ contains
     type(simulation_t), intent(inout) :: sim
     integer :: a, c, q, r
 
-    if (allocated(sim%boundary%is_held)) deallocate (sim%boundary%is_held)
-    allocate (sim%boundary%is_held(sim%nodes%patch%nn), source=.false.)
-    sim%boundary%is_held(sim%boundary%mirrors%pair(1, :)) = .true.
-    if (.not. allocated(sim%boundary%fixed)) allocate (sim%boundary%fixed(3, 64), &
-                                                       sim%boundary%column(64))
-    if (allocated(sim%boundary%listed_node)) deallocate (sim%boundary%listed_node, &
-                                                         sim%boundary%listed_column)
-    sim%boundary%n_fixed = 0
-    sim%boundary%n_columns = 0
-    sim%boundary%in_front%is_cut = .false.   ! of the last lists; set by list_nodes_in_front
+    if (allocated(sim%nodes%boundary%is_held)) deallocate (sim%nodes%boundary%is_held)
+    allocate (sim%nodes%boundary%is_held(sim%nodes%patch%nn), source=.false.)
+    sim%nodes%boundary%is_held(sim%nodes%boundary%mirrors%pair(1, :)) = .true.
+    if (.not. allocated(sim%nodes%boundary%fixed)) allocate (sim%nodes%boundary%fixed(3, 64), &
+                                                       sim%nodes%boundary%column(64))
+    if (allocated(sim%nodes%boundary%listed_node)) deallocate (sim%nodes%boundary%listed_node, &
+                                                         sim%nodes%boundary%listed_column)
+    sim%nodes%boundary%n_fixed = 0
+    sim%nodes%boundary%n_columns = 0
+    sim%nodes%boundary%in_front%is_cut = .false.   ! of the last lists; set by list_nodes_in_front
     do r = 1, sim%nodes%n_ranges
       do q = sim%nodes%range(1, r), sim%nodes%range(2, r)
-        if (sim%boundary%is_held(q)) cycle   ! behind a mirror
+        if (sim%nodes%boundary%is_held(q)) cycle   ! behind a mirror
         do c = 1, size(sim%scene%clamp)
           call list_node(sim, c, q)
         end do
       end do
     end do
-    sim%boundary%is_held(sim%boundary%fixed(1, 1:sim%boundary%n_fixed)) = .true.
+    sim%nodes%boundary%is_held(sim%nodes%boundary%fixed(1, 1:sim%nodes%boundary%n_fixed)) = .true.
     do a = 1, 3
-      sim%boundary%along(a)%is_cut = .false.
-      if (sim%world%all_true(all(sim%boundary%column(1:sim%boundary%n_columns)%axis /= a))) cycle
-      call list_column_nodes(sim%world, sim%nodes, sim%boundary, a)
+      sim%nodes%boundary%along(a)%is_cut = .false.
+      associate (column => sim%nodes%boundary%column(1:sim%nodes%boundary%n_columns))
+        if (sim%world%all_true(all(column%axis /= a))) cycle
+      end associate
+      call list_column_nodes(sim%nodes, a)
     end do
   end subroutine list_clamps
 
@@ -52,18 +54,16 @@ contains
   !> list. Columns along one axis share no nodes, so that a rank that stores a whole column
   !> computes the result at its nodes; columns along different axes share nodes at the edges of
   !> clamps.
-  subroutine list_column_nodes(world, nodes, boundary, axis)
-    type(world_t), intent(in) :: world
+  subroutine list_column_nodes(nodes, axis)
     type(nodes_t), intent(inout) :: nodes
-    type(boundary_t), intent(inout) :: boundary
     integer, intent(in) :: axis
     real(rp), allocatable :: columns(:, :)   ! lane 1: this rank stores the whole column of the
                                              ! node; lane 2: only a part of it
     integer :: i, k, lane
 
     allocate (columns(8, nodes%patch%nn), source=0.0_rp)
-    do i = 1, boundary%n_columns
-      associate (column => boundary%column(i))
+    do i = 1, nodes%boundary%n_columns
+      associate (column => nodes%boundary%column(i))
         if (column%axis /= axis) cycle
         lane = merge(1, 2, column%is_whole)
         do k = 1, 3
@@ -71,7 +71,7 @@ contains
         end do
       end associate
     end do
-    call share_columns(world, nodes, columns, boundary%along(axis))
+    call share_columns(nodes, columns, nodes%boundary%along(axis))
   end subroutine list_column_nodes
 
   !> Collective. List the nodes used in steps in front of those on walls with friction, which
@@ -102,12 +102,11 @@ contains
         end associate
       end do
     end do
-    call share_columns(sim%world, sim%nodes, columns, sim%boundary%in_front)
+    call share_columns(sim%nodes, columns, sim%nodes%boundary%in_front)
   end subroutine list_nodes_in_front
 
   !> Collective. List the nodes of `columns` (list_column_nodes) of all ranks.
-  subroutine share_columns(world, nodes, columns, list)
-    type(world_t), intent(in) :: world
+  subroutine share_columns(nodes, columns, list)
     type(nodes_t), intent(inout) :: nodes
     real(rp), intent(inout) :: columns(8, nodes%patch%nn)
     type(column_nodes_t), intent(inout) :: list
@@ -115,10 +114,10 @@ contains
     integer :: i
 
     is_known = columns(1, :) > 0.0_rp .and. columns(2, :) <= 0.0_rp
-    call nodes%halo%sum(world, 8, nodes%patch%nn, columns)
+    call nodes%halo%sum(8, nodes%patch%nn, columns)
     list%node = pack([(i, i=1, nodes%patch%nn)], maxval(columns(1:2, :), 1) > 0.0_rp)
     list%is_known = is_known(list%node)
-    list%is_cut = .not. world%all_true(all(list%is_known))
+    list%is_cut = .not. nodes%halo%world%all_true(all(list%is_known))
   end subroutine share_columns
 
   !> List node `q` if clamp `c` holds it, and the columns through it.
@@ -132,7 +131,7 @@ contains
     call wrap(sim%scene%grid, x)
     if (is_fixed(sim%scene, sim%clock, sim%nodes, x) .and. &
         box_has(sim%scene, sim%clock, sim%nodes, c, x)) then
-      call append(sim%boundary%fixed, sim%boundary%n_fixed, &
+      call append(sim%nodes%boundary%fixed, sim%nodes%boundary%n_fixed, &
                   [q, c, merge(1, 0, is_owned(sim%scene, sim%nodes, q))])
     end if
     do a = 1, 3
@@ -185,10 +184,10 @@ contains
       end do
     end associate
     column%is_whole = all(column%node > 0 .or. column%weight <= 0.0_rp)
-    associate (list => sim%boundary%column, n => sim%boundary%n_columns)
-      if (n == size(list)) sim%boundary%column = [list, list]
+    associate (list => sim%nodes%boundary%column, n => sim%nodes%boundary%n_columns)
+      if (n == size(list)) sim%nodes%boundary%column = [list, list]
       n = n + 1
-      sim%boundary%column(n) = column
+      sim%nodes%boundary%column(n) = column
     end associate
   end subroutine list_column
 

@@ -18,10 +18,10 @@
 !> the normal of the tool there.
 module boundary_clamps
   use base_kinds, only: rp
-  use base_world, only: world_t
   use grid_geometry, only: length_along, wrap
+  use simulation_boundary, only: column_nodes_t, column_t
   use simulation_nodes, only: min_node_inertia, min_node_mass, nodes_t
-  use simulation_parts, only: column_nodes_t, column_t, simulation_t
+  use simulation_parts, only: simulation_t
   use simulation_run, only: budget_t, clock_t, e_wall
   use simulation_scene, only: scene_t
   use tools_tool, only: tool_t
@@ -49,10 +49,10 @@ contains
     do k = 1, sim%nodes%n_groups
       if (sim%scene%is_rigid_group(k)) cycle
       call apply_wall_friction(sim, g(:, :, k))
-      call copy_columns(sim%world, sim%nodes, sim%boundary%in_front, velocities, g(:, :, k))
+      call copy_columns(sim%nodes, sim%nodes%boundary%in_front, velocities, g(:, :, k))
       do axis = 1, 3
         call hold_columns(sim, axis, fraction, g(:, :, k))
-        call copy_columns(sim%world, sim%nodes, sim%boundary%along(axis), velocities, g(:, :, k))
+        call copy_columns(sim%nodes, sim%nodes%boundary%along(axis), velocities, g(:, :, k))
       end do
       call hold_nodes(sim, fraction, g(:, :, k))
     end do
@@ -63,13 +63,13 @@ contains
   subroutine apply_wall_friction(sim, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)   !! velocity records
-    real(rp) :: pressing(sim%boundary%mirrors%n_planes)   !! impulse into the wall [N s]
+    real(rp) :: pressing(sim%nodes%boundary%mirrors%n_planes)   !! impulse into the wall [N s]
     real(rp) :: least
     integer :: axis, i, lane
 
     if (all(sim%scene%symmetry%friction_coefficient <= 0.0_rp)) return
     least = min_node_inertia(sim%scene, sim%clock)
-    associate (plane => sim%boundary%mirrors%plane)
+    associate (plane => sim%nodes%boundary%mirrors%plane)
       do i = 1, size(pressing)
         associate (wall => sim%scene%symmetry(plane(2, i)), q => plane(1, i))
           if (wall%friction_coefficient <= 0.0_rp) cycle
@@ -146,9 +146,9 @@ contains
     integer :: a, i, q
 
     least = min_node_inertia(sim%scene, sim%clock)
-    do i = 1, sim%boundary%n_fixed
-      q = sim%boundary%fixed(1, i)
-      associate (clamp => sim%scene%clamp(sim%boundary%fixed(2, i))%clamp)
+    do i = 1, sim%nodes%boundary%n_fixed
+      q = sim%nodes%boundary%fixed(1, i)
+      associate (clamp => sim%scene%clamp(sim%nodes%boundary%fixed(2, i))%clamp)
         v = clamp%velocity
         if (.not. clamp%is_uniform) v = clamp%velocity_at(sim%nodes%patch%position(q), &
                                                           sim%clock%time)
@@ -156,7 +156,7 @@ contains
           if (.not. clamp%held(a)) cycle
           value = fraction*v(a)
           before = g(a, q) - g(4 + a, q)
-          if (sim%boundary%fixed(3, i) == 1 .and. g(8, q) > min_node_mass) then
+          if (sim%nodes%boundary%fixed(3, i) == 1 .and. g(8, q) > min_node_mass) then
             impulse = max(g(8, q), least)*(value - g(a, q))
             sim%budget%impulse(a, clamp%place) = sim%budget%impulse(a, clamp%place) + impulse
             sim%budget%sums(e_wall) = sim%budget%sums(e_wall) + impulse*0.5_rp*(before + value)
@@ -178,9 +178,9 @@ contains
     integer :: a, i, k, q
 
     least = min_node_inertia(sim%scene, sim%clock)
-    do i = 1, sim%boundary%n_columns
-      associate (column => sim%boundary%column(i), &
-                 clamp => sim%scene%clamp(sim%boundary%column(i)%clamp)%clamp)
+    do i = 1, sim%nodes%boundary%n_columns
+      associate (column => sim%nodes%boundary%column(i), &
+                 clamp => sim%scene%clamp(sim%nodes%boundary%column(i)%clamp)%clamp)
         if (column%axis /= axis .or. .not. column%is_whole) cycle
         v = clamp%velocity
         if (.not. clamp%is_uniform) then
@@ -235,8 +235,7 @@ contains
 
   !> Collective. Where ranks cut columns, copy the lanes `lanes` of their nodes from the ranks that
   !> use these columns whole.
-  subroutine copy_columns(world, nodes, along, lanes, g)
-    type(world_t), intent(in) :: world
+  subroutine copy_columns(nodes, along, lanes, g)
     type(nodes_t), intent(inout) :: nodes
     type(column_nodes_t), intent(in) :: along
     integer, intent(in) :: lanes(:)
@@ -253,7 +252,7 @@ contains
     do e = 1, n
       values(:, e) = merge(g(lanes, along%node(e)), -huge(1.0_rp), along%is_known(e))
     end do
-    call nodes%halo%combine(world, .true., nodes%patch%nn, place, n, along%node, &
+    call nodes%halo%combine(.true., nodes%patch%nn, place, n, along%node, &
                                 size(lanes), values)
     do e = 1, n
       if (any(values(:, e) <= -huge(1.0_rp))) cycle
@@ -272,9 +271,9 @@ contains
 
     do k = 1, sim%nodes%n_groups
       do axis = 1, 3
-        do i = 1, sim%boundary%n_columns
-          associate (column => sim%boundary%column(i), &
-                     clamp => sim%scene%clamp(sim%boundary%column(i)%clamp)%clamp)
+        do i = 1, sim%nodes%boundary%n_columns
+          associate (column => sim%nodes%boundary%column(i), &
+                     clamp => sim%scene%clamp(sim%nodes%boundary%column(i)%clamp)%clamp)
             if (column%axis /= axis .or. .not. column%is_whole) cycle
             do a = 1, 3
               if (.not. clamp%held(a)) cycle
@@ -287,12 +286,12 @@ contains
             end do
           end associate
         end do
-        call copy_columns(sim%world, sim%nodes, sim%boundary%along(axis), [5, 6, 7], &
+        call copy_columns(sim%nodes, sim%nodes%boundary%along(axis), [5, 6, 7], &
                           increment(:, :, k))
       end do
-      do i = 1, sim%boundary%n_fixed
-        associate (v => increment(5:7, sim%boundary%fixed(1, i), k))
-          where (sim%scene%clamp(sim%boundary%fixed(2, i))%clamp%held) v = 0.0_rp
+      do i = 1, sim%nodes%boundary%n_fixed
+        associate (v => increment(5:7, sim%nodes%boundary%fixed(1, i), k))
+          where (sim%scene%clamp(sim%nodes%boundary%fixed(2, i))%clamp%held) v = 0.0_rp
         end associate
       end do
     end do
@@ -311,8 +310,8 @@ contains
         meets(k, c) = enters_box(sim%scene, sim%tool, k, c)
       end do
     end do
-    if (.not. any(meets) .and. .not. allocated(sim%boundary%listed_node)) return
-    associate (now => sim%boundary)
+    if (.not. any(meets) .and. .not. allocated(sim%nodes%boundary%listed_node)) return
+    associate (now => sim%nodes%boundary)
       if (.not. allocated(now%listed_node)) then
         now%listed_node = now%fixed(:, :now%n_fixed)
         now%listed_column = now%column(:now%n_columns)

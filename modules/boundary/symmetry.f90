@@ -9,7 +9,6 @@ module boundary_symmetry
   use base_kinds, only: rp
   use simulation_conditions, only: symmetry_t
   use simulation_nodes, only: nodes_t
-  use simulation_parts, only: boundary_t, mirrors_t
   use simulation_run, only: budget_t, e_wall_heat
   use simulation_scene, only: scene_t
   implicit none (type, external)
@@ -36,15 +35,14 @@ contains
 
   !> List the nodes in use on and behind the walls, and their mirror nodes; pairs in the order x, y,
   !> z.
-  subroutine list_mirrors(scene, nodes, boundary)
+  subroutine list_mirrors(scene, nodes)
     type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(in) :: nodes
-    type(boundary_t), intent(inout) :: boundary
+    type(nodes_t), intent(inout) :: nodes
     logical, allocatable :: used(:)
     integer, allocatable :: pair(:, :), plane(:, :)
     integer :: axis, c, max_pairs, n(3), r
 
-    associate (m => boundary%mirrors, planes => scene%symmetry)
+    associate (m => nodes%boundary%mirrors, planes => scene%symmetry)
       m%n_pairs = 0
       m%n_planes = 0
       max_pairs = 0
@@ -62,7 +60,7 @@ contains
         end do
         do axis = 1, 3
           do c = 1, size(planes)
-            if (planes(c)%axis == axis) call add_plane(scene, nodes, boundary, c, used, pair, plane)
+            if (planes(c)%axis == axis) call add_plane(scene, nodes, c, used, pair, plane)
           end do
         end do
       end if
@@ -76,20 +74,20 @@ contains
   !> Move pairs and planes with `marked` nodes to the front of the lists, to be reflected first;
   !> mirror nodes of marked ones, directly or around a corner, are marked as well, and with friction
   !> the node on the wall between them.
-  subroutine split_mirrors(scene, boundary, marked)
+  subroutine split_mirrors(scene, nodes, marked)
     type(scene_t), intent(in) :: scene
-    type(boundary_t), intent(inout) :: boundary
+    type(nodes_t), intent(inout) :: nodes
     logical, intent(inout) :: marked(:)
-    integer :: i, nodes(3), turn
+    integer :: i, of_pair(3), turn
 
-    associate (m => boundary%mirrors)
+    associate (m => nodes%boundary%mirrors)
       do turn = 1, 3                           ! a corner joins at most three axes
         do i = 1, m%n_pairs
-          nodes = [m%pair(1:2, i), m%pair(1, i)]
+          of_pair = [m%pair(1:2, i), m%pair(1, i)]
           if (scene%symmetry(m%pair(3, i))%friction_coefficient > 0.0_rp) then
-            nodes(3) = sum(nodes(1:2))/2
+            of_pair(3) = sum(of_pair(1:2))/2
           end if
-          if (any(marked(nodes))) marked(nodes) = .true.
+          if (any(marked(of_pair))) marked(of_pair) = .true.
         end do
       end do
       m%n_shared_pairs = count(marked(m%pair(2, :)))
@@ -100,9 +98,8 @@ contains
   end subroutine split_mirrors
 
   !> Store the mirrors of all particles and continue with those of the nodes in use.
-  subroutine narrow_mirrors(nodes, boundary)
-    type(nodes_t), intent(in) :: nodes
-    type(boundary_t), intent(inout) :: boundary
+  subroutine narrow_mirrors(nodes)
+    type(nodes_t), intent(inout) :: nodes
     logical :: used(nodes%patch%nn)
     logical, allocatable :: keep(:)
     integer :: i, r
@@ -111,8 +108,8 @@ contains
     do r = 1, nodes%n_ranges
       used(nodes%range(1, r):nodes%range(2, r)) = .true.
     end do
-    boundary%resting_mirrors = boundary%mirrors
-    associate (m => boundary%mirrors, all => boundary%resting_mirrors)
+    nodes%boundary%resting_mirrors = nodes%boundary%mirrors
+    associate (m => nodes%boundary%mirrors, all => nodes%boundary%resting_mirrors)
       keep = used(all%pair(1, :)) .or. used(all%pair(2, :))
       m%n_shared_pairs = count(keep(:all%n_shared_pairs))
       m%n_pairs = count(keep)
@@ -138,10 +135,9 @@ contains
   end subroutine put_first
 
   !> Append the nodes in use on plane `c`, and the pairs across it.
-  subroutine add_plane(scene, nodes, boundary, c, used, pair, plane)
+  subroutine add_plane(scene, nodes, c, used, pair, plane)
     type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(in) :: nodes
-    type(boundary_t), intent(inout) :: boundary
+    type(nodes_t), intent(inout) :: nodes
     integer, intent(in) :: c
     logical, intent(in) :: used(:)
     integer, intent(inout) :: pair(:, :), plane(:, :)
@@ -160,12 +156,12 @@ contains
           behind(a) = on(a) - reach
           front(a) = on(a) + reach
           if (is_used(on)) then
-            boundary%mirrors%n_planes = boundary%mirrors%n_planes + 1
-            plane(:, boundary%mirrors%n_planes) = [patch%node(on), c]
+            nodes%boundary%mirrors%n_planes = nodes%boundary%mirrors%n_planes + 1
+            plane(:, nodes%boundary%mirrors%n_planes) = [patch%node(on), c]
           end if
           if (.not. (is_used(behind) .and. is_used(front))) cycle
-          boundary%mirrors%n_pairs = boundary%mirrors%n_pairs + 1
-          pair(:, boundary%mirrors%n_pairs) = [patch%node(behind), patch%node(front), c]
+          nodes%boundary%mirrors%n_pairs = nodes%boundary%mirrors%n_pairs + 1
+          pair(:, nodes%boundary%mirrors%n_pairs) = [patch%node(behind), patch%node(front), c]
         end do
       end do
     end associate
@@ -230,20 +226,19 @@ contains
   !> Reflect the records behind the walls to the nodes in front; records behind are zero then.
   !> `lost` accumulates the change of the sum over the nodes; `mass_behind` returns lane 1 of the
   !> nodes behind. At a wall with friction the nodes on it receive the force that presses on it.
-  subroutine reflect(scene, nodes, boundary, kind, g, lost, mass_behind, part)
+  subroutine reflect(scene, nodes, kind, g, lost, mass_behind, part)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
-    type(boundary_t), intent(in) :: boundary
     integer, intent(in) :: kind
     real(rp), intent(inout) :: g(8, nodes%patch%nn), lost(8, size(scene%symmetry))
-    real(rp), intent(inout), optional :: mass_behind(boundary%mirrors%n_pairs)
+    real(rp), intent(inout), optional :: mass_behind(nodes%boundary%mirrors%n_pairs)
     !> `shared_part` or `interior_part` of the nodes; absent: all.
     integer, intent(in), optional :: part
     real(rp), dimension(8, size(scene%symmetry)) :: sign, shift
     real(rp) :: odd(8)
     integer :: a, b, c, i, pairs(2), planes(2)
 
-    associate (m => boundary%mirrors)
+    associate (m => nodes%boundary%mirrors)
       if (m%n_pairs + m%n_planes == 0) return
       call reflections(scene, kind, sign, shift)
       pairs = [1, m%n_pairs]
@@ -283,16 +278,15 @@ contains
   end subroutine reflect
 
   !> Set the nodes behind the walls to the mirrored values of those in front.
-  subroutine restore(scene, nodes, boundary, kind, g)
+  subroutine restore(scene, nodes, kind, g)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
-    type(boundary_t), intent(in) :: boundary
     integer, intent(in) :: kind
     real(rp), intent(inout) :: g(8, nodes%patch%nn)
     real(rp), dimension(8, size(scene%symmetry)) :: sign, shift
     integer :: c, i
 
-    associate (m => boundary%mirrors)
+    associate (m => nodes%boundary%mirrors)
       if (m%n_pairs == 0) return
       call reflections(scene, kind, sign, shift)
       do i = m%n_pairs, 1, -1
@@ -303,15 +297,14 @@ contains
   end subroutine restore
 
   !> Set the nodes behind the walls to the mirrored velocities, for all groups of bodies.
-  subroutine restore_velocities(scene, nodes, boundary, g)
+  subroutine restore_velocities(scene, nodes, g)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
-    type(boundary_t), intent(in) :: boundary
     real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
     integer :: k
 
     do k = 1, nodes%n_groups
-      call restore(scene, nodes, boundary, r_velocity, g(:, :, k))
+      call restore(scene, nodes, r_velocity, g(:, :, k))
     end do
   end subroutine restore_velocities
 
@@ -333,16 +326,16 @@ contains
   !> momentum by the nodal velocity changes less that by their own forces. For s = -1 a pair adds -2
   !> (m_b dv_a + dt f_b) with this rank's mass and force of the node behind, a node on the wall -dt
   !> f. The momentum of resting particles does not change: they contribute force only.
-  subroutine record_impulse(scene, boundary, budget, dt, g)
+  subroutine record_impulse(scene, nodes, budget, dt, g)
     type(scene_t), intent(in) :: scene
-    type(boundary_t), intent(in) :: boundary
+    type(nodes_t), intent(in) :: nodes
     type(budget_t), intent(inout) :: budget
     real(rp), intent(in) :: dt             !! time step [s]
     real(rp), intent(in) :: g(:, :, :)     !! (8, nn, n_groups) velocity records
     real(rp) :: mass
     integer :: a, c, i, k
 
-    associate (m => boundary%mirrors)
+    associate (m => nodes%boundary%mirrors)
       if (m%n_pairs + m%n_planes == 0) return
       call add_lost(scene, dt, m%lost, budget%impulse)
       do k = 1, size(g, 3)
@@ -361,9 +354,9 @@ contains
 
   !> Record the heat that the walls give to this rank's particles when these take lane 5 of `g`;
   !> `lost` is the change of heat by reflections. As for momentum: -2 (C_b dT_a + q_b), -q.
-  subroutine record_wall_heat(scene, boundary, budget, lost, group, g)
+  subroutine record_wall_heat(scene, nodes, budget, lost, group, g)
     type(scene_t), intent(in) :: scene
-    type(boundary_t), intent(in) :: boundary
+    type(nodes_t), intent(in) :: nodes
     type(budget_t), intent(inout) :: budget
     real(rp), intent(in) :: lost(size(scene%symmetry))   !! change of heat by reflections [J]
     integer, intent(in) :: group
@@ -371,7 +364,7 @@ contains
     real(rp) :: heat
     integer :: i
 
-    associate (m => boundary%mirrors)
+    associate (m => nodes%boundary%mirrors)
       if (m%n_pairs + m%n_planes == 0) return
       heat = sum(lost)
       do i = 1, m%n_pairs

@@ -13,7 +13,6 @@ module contact_body_gaps
   use simulation_node_pairs, only: min_weight, n_kept, n_sums_all, n_sums_gradient, n_trials, &
                                    node_pairs_t
   use simulation_nodes, only: append, min_node_mass, nodes_t
-  use simulation_parts, only: boundary_t
   use simulation_run, only: clock_t
   use simulation_scene, only: scene_t
   use tools_pair, only: moves_as_one, normal_regression
@@ -25,36 +24,33 @@ module contact_body_gaps
 contains
 
   !> Collective. List the nodes with mass of two groups, and find their normals and gaps.
-  subroutine find_node_pairs(world, scene, clock, particles, nodes, boundary, pairs, g)
-    type(world_t), intent(in) :: world
+  subroutine find_node_pairs(scene, clock, particles, nodes, pairs, g)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(particles_t), intent(in) :: particles
     type(nodes_t), intent(inout) :: nodes
-    type(boundary_t), intent(in) :: boundary
     type(node_pairs_t), intent(inout) :: pairs
     real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
 
     if (.not. allocated(pairs%lightest)) then
-      call find_lightest(world, scene, particles, nodes%n_groups, pairs%lightest)
+      call find_lightest(nodes%halo%world, scene, particles, nodes%n_groups, pairs%lightest)
       pairs%start = first_stretches(scene)
     end if
     call list_nodes(scene, clock, nodes, pairs, g)
-    call mark_walls(scene, boundary, pairs)
-    call take_over(world, scene, nodes, pairs)
+    call mark_walls(scene, nodes, pairs)
+    call take_over(scene, nodes, pairs)
     call list_near(scene, particles, nodes, pairs)
-    call choose_normals(world, scene, nodes, pairs)
+    call choose_normals(scene, nodes, pairs)
     call average_normals(scene, nodes, pairs, g)
-    call sum_entries(world, nodes, pairs, .false., 3, pairs%mean)
+    call sum_entries(nodes, pairs, .false., 3, pairs%mean)
     call measure_mean(scene, nodes%patch, pairs)
-    call sum_entries(world, nodes, pairs, .true., 2*n_trials, pairs%surface)
+    call sum_entries(nodes, pairs, .true., 2*n_trials, pairs%surface)
     call choose_mean(scene, nodes%patch, pairs)
     pairs%is_known = .true.
   end subroutine find_node_pairs
 
   !> Collective. Take normals and surfaces from the last step; entries without them are due.
-  subroutine take_over(world, scene, nodes, pairs)
-    type(world_t), intent(in) :: world
+  subroutine take_over(scene, nodes, pairs)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(inout) :: nodes
     type(node_pairs_t), intent(inout) :: pairs
@@ -62,7 +58,7 @@ contains
     integer :: e
 
     call recall(scene, nodes%patch, pairs, values)
-    call sum_entries(world, nodes, pairs, .true., size(values, 1), values)
+    call sum_entries(nodes, pairs, .true., size(values, 1), values)
     do e = 1, pairs%n
       pairs%is_due(e) = pairs%may_touch(e) .and. values(6, e) < 0.0_rp
       if (values(6, e) < 0.0_rp) values(:, e) = 0.0_rp
@@ -76,8 +72,7 @@ contains
 
   !> Collective. Find normals and gaps of all entries that are due, each from its own particles;
   !> immediately where no other rank or image contributes.
-  subroutine choose_normals(world, scene, nodes, pairs)
-    type(world_t), intent(in) :: world
+  subroutine choose_normals(scene, nodes, pairs)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(inout) :: nodes
     type(node_pairs_t), intent(inout) :: pairs
@@ -89,28 +84,27 @@ contains
       call try_normals(scene, nodes%patch, e, pairs)
       call choose_normal(scene, nodes%patch, e, pairs)
     end do
-    call sum_entries(world, nodes, pairs, .false., size(pairs%sums, 1), pairs%sums)
+    call sum_entries(nodes, pairs, .false., size(pairs%sums, 1), pairs%sums)
     do e = 1, pairs%n
       if (.not. pairs%is_shared(e)) cycle
       call try_normals(scene, nodes%patch, e, pairs)
       call measure_shared(scene, e, pairs)
     end do
-    call sum_entries(world, nodes, pairs, .true., 2*n_trials, pairs%surface)
+    call sum_entries(nodes, pairs, .true., 2*n_trials, pairs%surface)
     do e = 1, pairs%n
       if (pairs%is_shared(e)) call choose_normal(scene, nodes%patch, e, pairs)
     end do
   end subroutine choose_normals
 
   !> Collective. Sum values of the entries over ranks and images, or take maxima.
-  subroutine sum_entries(world, nodes, pairs, largest, width, values)
-    type(world_t), intent(in) :: world
+  subroutine sum_entries(nodes, pairs, largest, width, values)
     type(nodes_t), intent(inout) :: nodes
     type(node_pairs_t), intent(in) :: pairs
     logical, intent(in) :: largest
     integer, intent(in) :: width
     real(rp), intent(inout) :: values(width, pairs%n)
 
-    call nodes%halo%combine(world, largest, nodes%patch%nn, pairs%first, pairs%n, pairs%node, &
+    call nodes%halo%combine(largest, nodes%patch%nn, pairs%first, pairs%n, pairs%node, &
                             width, values)
   end subroutine sum_entries
 
@@ -215,17 +209,18 @@ contains
   end subroutine mark_shared
 
   !> Mark directions in which a wall or clamp holds the nodes.
-  subroutine mark_walls(scene, boundary, pairs)
+  subroutine mark_walls(scene, nodes, pairs)
     type(scene_t), intent(in) :: scene
-    type(boundary_t), intent(in) :: boundary
+    type(nodes_t), intent(in) :: nodes
     type(node_pairs_t), intent(inout) :: pairs
     integer :: i
 
-    do i = 1, boundary%n_fixed
-      call mark_node(pairs, boundary%fixed(1, i), scene%clamp(boundary%fixed(2, i))%clamp%held)
+    do i = 1, nodes%boundary%n_fixed
+      call mark_node(pairs, nodes%boundary%fixed(1, i), scene%clamp(nodes%boundary%fixed(2, &
+          i))%clamp%held)
     end do
-    do i = 1, boundary%mirrors%n_planes
-      associate (plane => boundary%mirrors%plane(:, i))
+    do i = 1, nodes%boundary%mirrors%n_planes
+      associate (plane => nodes%boundary%mirrors%plane(:, i))
         call mark_node(pairs, plane(1), scene%symmetry(plane(2))%odd)
       end associate
     end do

@@ -2,7 +2,6 @@
 !> Contact between bodies with velocity fields of their own, at the nodes with mass of both.
 module contact_body_pairs
   use base_kinds, only: rp
-  use base_world, only: world_t
   use contact_body_gaps, only: find_node_pairs
   use contact_body_heat, only: give_heat, heat_shares
   use grid_geometry, only: length_along
@@ -10,7 +9,6 @@ module contact_body_pairs
   use particles_store, only: particles_t
   use simulation_node_pairs, only: node_pairs_t
   use simulation_nodes, only: nodes_t
-  use simulation_parts, only: boundary_t
   use simulation_run, only: budget_t, clock_t, e_contact, e_friction, e_normal_loss
   use simulation_scene, only: scene_t
   use tools_pair, only: compute_pair_impulse, compute_pair_loss, is_apart, is_stuck, law_coulomb, &
@@ -33,15 +31,13 @@ contains
 
   !> Collective. Correct the nodal velocities for contact, record the losses and give the friction
   !> heat to the particles.
-  subroutine resolve_body_contact(world, scene, clock, tool, particles, nodes, boundary, &
+  subroutine resolve_body_contact(scene, clock, tool, particles, nodes, &
                                   pairs, budget, dt, g)
-    type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(tool_t), intent(inout) :: tool(:)
     type(particles_t), intent(inout) :: particles
     type(nodes_t), intent(inout) :: nodes
-    type(boundary_t), intent(in) :: boundary
     type(node_pairs_t), intent(inout) :: pairs
     type(budget_t), intent(inout) :: budget
     real(rp), intent(in) :: dt                 !! time step [s]
@@ -51,9 +47,9 @@ contains
 
     call set_rigid_velocities(scene, clock, tool, nodes, dt, g)
     if (.not. pairs%is_known) then
-      call find_node_pairs(world, scene, clock, particles, nodes, boundary, pairs, g)
+      call find_node_pairs(scene, clock, particles, nodes, pairs, g)
     end if
-    surplus = find_surplus(world, scene, nodes, pairs, budget, dt, g)
+    surplus = find_surplus(scene, nodes, pairs, budget, dt, g)
     pairs%heat = 0.0_rp
     do e = 1, pairs%n
       associate (groups => scene%contact(pairs%pair(e))%group, q => pairs%node(e))
@@ -69,8 +65,7 @@ contains
   !> Collective. Surplus of normal impulses by which overlapping bodies are separated in this step,
   !> at most 1. It returns no more energy than contact took from the bodies before, less the
   !> withheld fraction. The loss is a concave function of the surplus, so that its chord is a bound.
-  real(rp) function find_surplus(world, scene, nodes, pairs, budget, dt, g) result(surplus)
-    type(world_t), intent(in) :: world
+  real(rp) function find_surplus(scene, nodes, pairs, budget, dt, g) result(surplus)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
     type(node_pairs_t), intent(inout) :: pairs
@@ -96,7 +91,7 @@ contains
                                           g(:, q, contact%group))
       end associate
     end do
-    call world%sum(sums)
+    call nodes%halo%world%sum(sums)
     taken = min(sums(1), sums(1) + sums(2)) - withheld_fraction*sums(4)
     if (taken > 0.0_rp) surplus = taken/max(taken, sums(2) - sums(3))
   end function find_surplus
@@ -123,14 +118,12 @@ contains
 
   !> Collective. Correct interpolated nodal velocities: rigid bodies have their own, and groups
   !> without a &CONTACT a common one where they meet; `dt` is the step of the velocities [s].
-  subroutine join_bodies(world, scene, clock, tool, particles, nodes, boundary, pairs, dt, g)
-    type(world_t), intent(in) :: world
+  subroutine join_bodies(scene, clock, tool, particles, nodes, pairs, dt, g)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(tool_t), intent(in) :: tool(:)
     type(particles_t), intent(in) :: particles
     type(nodes_t), intent(inout) :: nodes
-    type(boundary_t), intent(in) :: boundary
     type(node_pairs_t), intent(inout) :: pairs
     real(rp), intent(in) :: dt
     real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
@@ -139,7 +132,7 @@ contains
 
     call set_rigid_velocities(scene, clock, tool, nodes, dt, g)
     if (.not. pairs%is_known) then
-      call find_node_pairs(world, scene, clock, particles, nodes, boundary, pairs, g)
+      call find_node_pairs(scene, clock, particles, nodes, pairs, g)
     end if
     do e = 1, pairs%n
       associate (contact => scene%contact(pairs%pair(e)), q => pairs%node(e))

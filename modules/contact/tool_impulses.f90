@@ -67,7 +67,7 @@ contains
 
     call find_separate_sides(sim%scene, sim%contact, sim%tool(k)%mean_motion(sim%clock%time, dt))
     call list_nodes(sim%scene, sim%nodes, sim%contact, sim%tool(k), g)
-    call mark_held(sim%scene, sim%boundary, sim%contact)
+    call mark_held(sim%scene, sim%nodes, sim%contact)
     call find_contact_particles(sim, k, group, dt, g)
     call add_masses(sim%nodes, sim%contact)
     call reflect_masses(sim%scene, sim%contact)
@@ -96,7 +96,7 @@ contains
     type(rigid_t) :: rigid
 
     call push_nodes(sim, sim%tool(k)%friction_law, g)
-    call restore(sim%scene, sim%nodes, sim%boundary, r_velocity, g)
+    call restore(sim%scene, sim%nodes, r_velocity, g)
     call update_surface_offset(sim, dt, g)
     call store_contact_history(sim, sim%tool(k)%friction_law, dt)
     call strain_surface(sim%scene, sim%particles, sim%contact, dt)

@@ -11,7 +11,8 @@
 !> part of the values of the node in front, which a rank may store without the one behind.
 module contact_tool_walls
   use base_kinds, only: rp
-  use simulation_parts, only: boundary_t, simulation_t
+  use simulation_nodes, only: nodes_t
+  use simulation_parts, only: simulation_t
   use simulation_run, only: e_wall
   use simulation_scene, only: scene_t
   use simulation_tool_lists, only: impulse_of, m_last_impulse, n_both, n_masses, n_values, &
@@ -53,18 +54,19 @@ contains
 
   !> Mark directions in which a wall or clamp holds the listed nodes, or in which reflection changes
   !> the sign, and list the entries at planes of symmetry.
-  subroutine mark_held(scene, boundary, contact)
+  subroutine mark_held(scene, nodes, contact)
     type(scene_t), intent(in) :: scene
-    type(boundary_t), intent(in) :: boundary
+    type(nodes_t), intent(in) :: nodes
     type(tool_contact_t), intent(inout) :: contact
     integer :: c, e, i, k
 
-    do i = 1, boundary%n_fixed
-      e = contact%entry_of(boundary%fixed(1, i))
+    do i = 1, nodes%boundary%n_fixed
+      e = contact%entry_of(nodes%boundary%fixed(1, i))
       if (e == 0) cycle
-      where (scene%clamp(boundary%fixed(2, i))%clamp%held) contact%free_direction(:, e) = 0.0_rp
+      where (scene%clamp(nodes%boundary%fixed(2, i))%clamp%held) contact%free_direction(:, &
+          e) = 0.0_rp
     end do
-    associate (m => boundary%mirrors, at => contact%entry_of)
+    associate (m => nodes%boundary%mirrors, at => contact%entry_of)
       contact%pair = m%pair(:, pack([(i, i=1, m%n_pairs)], at(m%pair(1, :m%n_pairs)) > 0 &
                                         .or. at(m%pair(2, :m%n_pairs)) > 0))
       contact%plane = m%plane(:, pack([(i, i=1, m%n_planes)], at(m%plane(1, :m%n_planes)) > 0))
@@ -201,10 +203,10 @@ contains
     integer :: a, c, e, i, place
 
     associate (t => sim%contact)
-      do i = 1, sim%boundary%n_fixed
-        e = t%entry_of(sim%boundary%fixed(1, i))
-        if (e == 0 .or. sim%boundary%fixed(3, i) == 0) cycle
-        c = sim%boundary%fixed(2, i)
+      do i = 1, sim%nodes%boundary%n_fixed
+        e = t%entry_of(sim%nodes%boundary%fixed(1, i))
+        if (e == 0 .or. sim%nodes%boundary%fixed(3, i) == 0) cycle
+        c = sim%nodes%boundary%fixed(2, i)
         place = sim%scene%clamp(c)%clamp%place
         impulse = impulse_of(t%values(:, e), t%friction_fraction(e))
         do a = 1, 3

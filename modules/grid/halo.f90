@@ -20,6 +20,7 @@ module grid_halo
 
   !> Exchange of the nodes of one patch; `init` sets it up after every sort.
   type :: halo_t
+    type(world_t) :: world                        !! ranks that exchange
     integer :: n = 0
     integer :: width = 0                                 !! reals per record that the buffers hold
     type(neighbour_t), allocatable :: neighbour(:)
@@ -51,6 +52,7 @@ contains
     integer, allocatable :: others(:)
     integer :: r, i
 
+    self%world = world
     allocate (others(0))
     do r = 0, world%size - 1
       if (r == world%rank .or. patch%nn == 0) cycle
@@ -116,22 +118,20 @@ contains
   end subroutine widen
 
   !> Replace the records of shared nodes and of images by the sums over all ranks and images.
-  subroutine sum_records(self, world, width, nn, g)
+  subroutine sum_records(self, width, nn, g)
     class(halo_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
     integer, intent(in) :: width, nn
     real(rp), intent(inout) :: g(width, nn)
 
-    call self%post(world, width, nn, g)
-    call self%finish(world, width, nn, g)
+    call self%post(width, nn, g)
+    call self%finish(width, nn, g)
   end subroutine sum_records
 
   !> Start the sum: this rank's contributions to the shared nodes and to all images are complete and
   !> are sent, those to `more` in the same message. Until `finish`, with the same arrays, only other
   !> nodes may be changed.
-  subroutine post(self, world, width, nn, g, more)
+  subroutine post(self, width, nn, g, more)
     class(halo_t), intent(inout), asynchronous :: self
-    type(world_t), intent(in) :: world
     integer, intent(in) :: width, nn
     real(rp), intent(inout) :: g(width, nn)
     real(rp), intent(inout), contiguous, optional :: more(:, :)   !! (reals of a node, nn)
@@ -144,15 +144,15 @@ contains
     if (present(more)) call reflect(size(more, 1), size(self%image, 2), self%image, nn, more)
     do i = 1, self%n
       associate (nb => self%neighbour(i))
-        call mpi_irecv(nb%receive, all*nb%count, mpi_double_precision, nb%rank, 1, world%comm, &
-                       self%request(2*i - 1))
+        call mpi_irecv(nb%receive, all*nb%count, mpi_double_precision, nb%rank, 1, &
+                       self%world%comm, self%request(2*i - 1))
         last = width*nb%count
         call gather(width, nb%count, nb%node, nn, g, nb%send(:last))
         first = last + 1
         last = all*nb%count
         if (present(more)) call gather(size(more, 1), nb%count, nb%node, nn, more, &
                                        nb%send(first:last))
-        call mpi_isend(nb%send, all*nb%count, mpi_double_precision, nb%rank, 1, world%comm, &
+        call mpi_isend(nb%send, all*nb%count, mpi_double_precision, nb%rank, 1, self%world%comm, &
                        self%request(2*i))
         self%bytes = self%bytes + 8_i8*all*nb%count
         self%messages = self%messages + 1
@@ -170,9 +170,8 @@ contains
   end subroutine progress_messages
 
   !> Complete the sum started by `post`.
-  subroutine finish(self, world, width, nn, g, more)
+  subroutine finish(self, width, nn, g, more)
     class(halo_t), intent(inout), asynchronous :: self
-    type(world_t), intent(in) :: world
     integer, intent(in) :: width, nn
     real(rp), intent(inout) :: g(width, nn)
     real(rp), intent(inout), contiguous, optional :: more(:, :)
@@ -181,8 +180,8 @@ contains
       self%waited = self%waited - wall_time()
       call mpi_waitall(2*self%n, self%request, mpi_statuses_ignore)
       self%waited = self%waited + wall_time()
-      call add_up(self, world%rank, width, 0, nn, g)
-      if (present(more)) call add_up(self, world%rank, size(more, 1), width, nn, more)
+      call add_up(self, self%world%rank, width, 0, nn, g)
+      if (present(more)) call add_up(self, self%world%rank, size(more, 1), width, nn, more)
     end if
     call restore(width, size(self%image, 2), self%image, nn, g)
     if (present(more)) call restore(size(more, 1), size(self%image, 2), self%image, nn, more)
@@ -259,27 +258,25 @@ contains
   end subroutine scatter_add
 
   !> Sum over ranks and images (or take maxima of) values kept for a few nodes only (grid_entries).
-  subroutine combine(self, world, largest, nn, first, n, node, width, values)
+  subroutine combine(self, largest, nn, first, n, node, width, values)
     class(halo_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
     logical, intent(in) :: largest                 !! maxima instead of sums
     integer, intent(in) :: nn, first(nn), n, node(n), width
     real(rp), intent(inout) :: values(width, n)
 
-    call self%post_entries(world, largest, nn, first, n, node, width, values)
-    call self%finish_entries(world, largest, n, width, values)
+    call self%post_entries(largest, nn, first, n, node, width, values)
+    call self%finish_entries(largest, n, width, values)
   end subroutine combine
 
   !> Start the sum over ranks and images of values kept for only a part of the nodes.
   !> `finish_entries` completes it; `entries_have_arrived` is true if that will not wait.
-  subroutine post_entries(self, world, largest, nn, first, n, node, width, values)
+  subroutine post_entries(self, largest, nn, first, n, node, width, values)
     class(halo_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
     logical, intent(in) :: largest
     integer, intent(in) :: nn, first(nn), n, node(n), width
     real(rp), intent(inout) :: values(width, n)
 
-    call self%entries%post(self%neighbour(:self%n), self%image, world, largest, nn, first, n, &
+    call self%entries%post(self%neighbour(:self%n), self%image, self%world, largest, nn, first, n, &
                         node, width, values)
   end subroutine post_entries
 
@@ -289,14 +286,14 @@ contains
     entries_have_arrived = self%entries%progress_messages()
   end function entries_have_arrived
 
-  subroutine finish_entries(self, world, largest, n, width, values)
+  subroutine finish_entries(self, largest, n, width, values)
     class(halo_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
     logical, intent(in) :: largest
     integer, intent(in) :: n, width
     real(rp), intent(inout) :: values(width, n)
 
-    call self%entries%finish(self%neighbour(:self%n), world, largest, n, width, values, self%waited)
+    call self%entries%finish(self%neighbour(:self%n), self%world, largest, n, width, values, &
+                             self%waited)
   end subroutine finish_entries
 
 end module grid_halo

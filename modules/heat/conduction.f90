@@ -12,8 +12,9 @@ module heat_conduction
   use mpm_constitutive, only: anneal_particles
   use particles_block, only: block_t, view_block
   use particles_store, only: f_heat, f_mass, f_temp, n_conduction, particles_t
+  use simulation_boundary, only: mirrors_t
   use simulation_nodes, only: clear_nodes, nodes_t
-  use simulation_parts, only: boundary_t, mirrors_t, simulation_t
+  use simulation_parts, only: simulation_t
   use simulation_probes, only: update_probe_temperatures
   use simulation_run, only: clock_t, e_conduction, e_film, e_tool, e_wall_heat
   use simulation_scene, only: scene_t
@@ -73,7 +74,7 @@ contains
     real(rp), intent(in) :: elapsed             !! time since the last conduction step [s]
     integer :: k
 
-    call swap_lists(sim%scene, sim%nodes, sim%boundary)
+    call swap_lists(sim%scene, sim%nodes)
     do k = 1, size(sim%hook)
       call sim%hook(k)%it%give_heat(sim, elapsed)
     end do
@@ -82,7 +83,7 @@ contains
     sim%particles%warming = 0.0_rp
     call anneal_particles(sim%scene, sim%particles, elapsed)
     if (sim%scene%method%sleep%is_on) call clear_nodes(sim%nodes, sim%nodes%g)
-    call swap_lists(sim%scene, sim%nodes, sim%boundary)
+    call swap_lists(sim%scene, sim%nodes)
   end subroutine conduct
 
   !> One conduction step of length `dt`.
@@ -95,7 +96,7 @@ contains
     type(gaps_t) :: gaps
     integer :: a, b, k
 
-    sim%boundary%mirrors%lost = 0.0_rp
+    sim%nodes%boundary%mirrors%lost = 0.0_rp
     gained = 0.0_rp
     smoothed = 0.0_rp
     out = sim%budget%sums(e_film) - sim%budget%sums(e_wall_heat) + sim%budget%sums(e_tool)
@@ -109,9 +110,9 @@ contains
       do a = 1, 3
         if (sim%scene%grid%grading(a)%is_graded) call centre_increment(sim, a, sim%nodes%g(:, :, k))
       end do
-      call restore(sim%scene, sim%nodes, sim%boundary, r_warming, sim%nodes%g(:, :, k))
-      associate (lost => sim%boundary%mirrors%lost)
-        call record_wall_heat(sim%scene, sim%boundary, sim%budget, lost(3, :) + lost(5, :), k, &
+      call restore(sim%scene, sim%nodes, r_warming, sim%nodes%g(:, :, k))
+      associate (lost => sim%nodes%boundary%mirrors%lost)
+        call record_wall_heat(sim%scene, sim%nodes, sim%budget, lost(3, :) + lost(5, :), k, &
                               sim%nodes%g(:, :, k))
         lost = 0.0_rp
       end associate
@@ -175,7 +176,7 @@ contains
     end do
     if (sim%scene%method%implicit_heat .or. .not. exchanges_heat(sim%scene, sim%tool)) return
     do k = 1, sim%scene%n_heat_groups
-      call restore(sim%scene, sim%nodes, sim%boundary, r_warming, sim%nodes%g(:, :, k))
+      call restore(sim%scene, sim%nodes, r_warming, sim%nodes%g(:, :, k))
     end do
     call gather_exchange(sim, exchange, gaps, dt)
     do k = 1, sim%scene%n_heat_groups
@@ -216,18 +217,17 @@ contains
 
   !> Swap the lists of nodes and mirrors: conduction uses the nodes of all particles, steps those of
   !> awake particles and of the held layer, with zeros elsewhere.
-  subroutine swap_lists(scene, nodes, boundary)
+  subroutine swap_lists(scene, nodes)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(inout) :: nodes
-    type(boundary_t), intent(inout) :: boundary
     type(mirrors_t) :: mirrors
     integer, allocatable :: list(:, :)
     integer :: n
 
     if (.not. scene%method%sleep%is_on) return
-    mirrors = boundary%mirrors
-    boundary%mirrors = boundary%resting_mirrors
-    boundary%resting_mirrors = mirrors
+    mirrors = nodes%boundary%mirrors
+    nodes%boundary%mirrors = nodes%boundary%resting_mirrors
+    nodes%boundary%resting_mirrors = mirrors
     n = nodes%n_ranges
     nodes%n_ranges = nodes%n_resting_ranges
     nodes%n_resting_ranges = n

@@ -51,8 +51,8 @@ contains
     end do
     lost = 0.0_rp
     do k = 1, sim%scene%n_heat_groups
-      call reflect(sim%scene, sim%nodes, sim%boundary, r_flux, sim%nodes%g2(:, :, k), lost)
-      call sim%nodes%halo%sum(sim%world, 8, sim%nodes%patch%nn, sim%nodes%g2(:, :, k))
+      call reflect(sim%scene, sim%nodes, r_flux, sim%nodes%g2(:, :, k), lost)
+      call sim%nodes%halo%sum(8, sim%nodes%patch%nn, sim%nodes%g2(:, :, k))
     end do
     if (allocated(gaps%node)) deallocate (gaps%node, gaps%weight, gaps%group, gaps%conductance)
     allocate (gaps%node(8, 2, sim%pairs%n), gaps%weight(8, 2, sim%pairs%n), &

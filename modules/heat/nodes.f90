@@ -2,7 +2,6 @@
 !> Conduction between particles and nodes: nodal temperatures and heat fluxes.
 module heat_nodes
   use base_kinds, only: nlane, pi, rp
-  use base_world, only: world_t
   use boundary_symmetry, only: r_flux, r_heat, r_temperature, r_warming, reflect, restore
   use heat_exchange, only: add_conductances, add_exchange, exchange_t, films_need_pressure
   use heat_gaps, only: add_gap_conductances, add_gap_fluxes, gaps_t
@@ -58,9 +57,9 @@ contains
       call gather_block(sim%scene, sim%particles, sim%nodes, b, with_pressure)
     end do
     do k = 1, sim%scene%n_heat_groups
-      call reflect(sim%scene, sim%nodes, sim%boundary, r_heat, sim%nodes%g(:, :, k), &
-                   sim%boundary%mirrors%lost, sim%boundary%mirrors%mass_behind(:, k))
-      call sum_all_nodes(sim%world, sim%scene, sim%nodes, 8, sim%nodes%g(:, :, k))
+      call reflect(sim%scene, sim%nodes, r_heat, sim%nodes%g(:, :, k), &
+                   sim%nodes%boundary%mirrors%lost, sim%nodes%boundary%mirrors%mass_behind(:, k))
+      call sum_all_nodes(sim%scene, sim%nodes, 8, sim%nodes%g(:, :, k))
       do r = 1, sim%nodes%n_ranges
         associate (low => sim%nodes%range(1, r), high => sim%nodes%range(2, r))
           call compute_nodal_temperature(high - low + 1, sim%nodes%g(:, low:high, k))
@@ -69,11 +68,11 @@ contains
           end if
         end associate
       end do
-      call restore(sim%scene, sim%nodes, sim%boundary, r_temperature, sim%nodes%g(:, :, k))
+      call restore(sim%scene, sim%nodes, r_temperature, sim%nodes%g(:, :, k))
       do a = 1, 3
         if (.not. sim%scene%grid%grading(a)%is_graded) cycle
-        call centre_temperature(sim%world, sim%scene, sim%nodes, a, sim%nodes%g(:, :, k))
-        call restore(sim%scene, sim%nodes, sim%boundary, r_temperature, sim%nodes%g(:, :, k))
+        call centre_temperature(sim%scene, sim%nodes, a, sim%nodes%g(:, :, k))
+        call restore(sim%scene, sim%nodes, r_temperature, sim%nodes%g(:, :, k))
       end do
     end do
   end subroutine gather_temperature
@@ -82,8 +81,7 @@ contains
   !> centre of its shape function, which differs from the node where cells grow; the gradient
   !> between the centres of the neighbours takes it to the node, exactly for linear fields. Owners
   !> compute their nodes.
-  subroutine centre_temperature(world, scene, nodes, a, g)
-    type(world_t), intent(in) :: world
+  subroutine centre_temperature(scene, nodes, a, g)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(inout) :: nodes
     integer, intent(in) :: a
@@ -108,7 +106,7 @@ contains
           temp(1, q) = at_node(ijk(a), [has_any(below), has_any(above)], g(4, [below, q, above]))
         end associate
       end do
-      call sum_all_nodes(world, scene, nodes, 1, temp)
+      call sum_all_nodes(scene, nodes, 1, temp)
       do q = 1, patch%nn                  ! nodes beyond the ends have no owner
         if (has_any(q) .and. temp(1, q) > 0.0_rp) g(4:5, q) = temp(1, q)
       end do
@@ -148,19 +146,19 @@ contains
     real(rp) :: from_above, from_below
     integer :: i, ijk(3), q, r
 
-    call restore(sim%scene, sim%nodes, sim%boundary, r_warming, g)
+    call restore(sim%scene, sim%nodes, r_warming, g)
     allocate (capacity(sim%nodes%patch%nn), new(2, sim%nodes%patch%nn), source=0.0_rp)
     allocate (is_given(sim%nodes%patch%nn), is_image(sim%nodes%patch%nn), source=.false.)
-    is_image(sim%boundary%mirrors%pair(1, :sim%boundary%mirrors%n_pairs)) = .true.
+    is_image(sim%nodes%boundary%mirrors%pair(1, :sim%nodes%boundary%mirrors%n_pairs)) = .true.
     associate (patch => sim%nodes%patch, planes => sim%scene%symmetry)
       do r = 1, sim%nodes%n_ranges
         associate (low => sim%nodes%range(1, r), high => sim%nodes%range(2, r))
           capacity(low:high) = g(1, low:high)
         end associate
       end do
-      do i = 1, sim%boundary%mirrors%n_planes
-        associate (node => sim%boundary%mirrors%plane(1, i), &
-                   plane => sim%boundary%mirrors%plane(2, i))
+      do i = 1, sim%nodes%boundary%mirrors%n_planes
+        associate (node => sim%nodes%boundary%mirrors%plane(1, i), &
+                   plane => sim%nodes%boundary%mirrors%plane(2, i))
           if (planes(plane)%axis /= a) cycle
           capacity(node) = 2.0_rp*capacity(node)
           is_given(node) = planes(plane)%temperature > 0.0_rp
@@ -187,7 +185,7 @@ contains
             + from_above
         end associate
       end do
-      call sum_all_nodes(sim%world, sim%scene, sim%nodes, 2, new)
+      call sum_all_nodes(sim%scene, sim%nodes, 2, new)
       do q = 1, patch%nn                  ! nodes beyond the ends have no owner
         if (new(2, q) > 0.5_rp) g(5:6, q) = [new(1, q), g(8, q) + new(1, q)]
       end do
@@ -256,9 +254,9 @@ contains
     integer :: k
 
     do k = 1, sim%scene%n_heat_groups
-      call reflect(sim%scene, sim%nodes, sim%boundary, r_flux, sim%nodes%g2(:, :, k), &
-                   sim%boundary%mirrors%lost)
-      call sum_all_nodes(sim%world, sim%scene, sim%nodes, 8, sim%nodes%g2(:, :, k))
+      call reflect(sim%scene, sim%nodes, r_flux, sim%nodes%g2(:, :, k), &
+                   sim%nodes%boundary%mirrors%lost)
+      call sum_all_nodes(sim%scene, sim%nodes, 8, sim%nodes%g2(:, :, k))
     end do
   end subroutine sum_flux
 
@@ -289,17 +287,16 @@ contains
   end function smoothed_fraction
 
   !> Collective. Sum nodal values over the ranks, including nodes of sleeping material.
-  subroutine sum_all_nodes(world, scene, nodes, width, values)
-    type(world_t), intent(in) :: world
+  subroutine sum_all_nodes(scene, nodes, width, values)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(inout) :: nodes
     integer, intent(in) :: width
     real(rp), intent(inout) :: values(width, nodes%patch%nn)
 
     if (scene%method%sleep%is_on) then
-      call nodes%resting_halo%sum(world, width, nodes%patch%nn, values)
+      call nodes%resting_halo%sum(width, nodes%patch%nn, values)
     else
-      call nodes%halo%sum(world, width, nodes%patch%nn, values)
+      call nodes%halo%sum(width, nodes%patch%nn, values)
     end if
   end subroutine sum_all_nodes
 

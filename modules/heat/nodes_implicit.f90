@@ -57,7 +57,7 @@ contains
     integer :: k, n
 
     booked = sim%budget%sums([e_film, e_tool])   ! restored below: fluxes here are trial values
-    lost = sim%boundary%mirrors%lost
+    lost = sim%nodes%boundary%mirrors%lost
     n = sim%scene%n_heat_groups
     before = sim%nodes%g(4, :, :n)
     call gather_flux(sim, exchange, gaps, dt, .true.)
@@ -77,12 +77,12 @@ contains
       end if
     end associate
     sim%nodes%g(4, :, :n) = before + x
-    if (system%is_unsolved) sim%step%is_unsolved = .true.
+    if (system%is_unsolved) sim%clock%now%is_unsolved = .true.
     do k = 1, n
-      call restore(sim%scene, sim%nodes, sim%boundary, r_temperature, sim%nodes%g(:, :, k))
+      call restore(sim%scene, sim%nodes, r_temperature, sim%nodes%g(:, :, k))
     end do
     sim%budget%sums([e_film, e_tool]) = booked
-    sim%boundary%mirrors%lost = lost
+    sim%nodes%boundary%mirrors%lost = lost
   end subroutine solve_implicit
 
   !> Set up the system of a step. Free nodes are those in use with a capacity, not behind a wall.
@@ -109,7 +109,8 @@ contains
         system%is_own(first:last, :) = sim%nodes%range(3, r) == 1
       end associate
     end do
-    system%is_free(sim%boundary%mirrors%pair(1, :sim%boundary%mirrors%n_pairs), :) = .false.
+    system%is_free(sim%nodes%boundary%mirrors%pair(1, :sim%nodes%boundary%mirrors%n_pairs), &
+                   :) = .false.
     system%is_own = system%is_own .and. system%is_free
     sim%nodes%g(4, :, :system%n) = 0.0_rp
     call gather_flux(sim, exchange, gaps, dt, .true.)
@@ -183,7 +184,7 @@ contains
     associate (g => self%sim%nodes%g, n => self%n)
       g(4, :, :n) = p
       do k = 1, n
-        call restore(self%sim%scene, self%sim%nodes, self%sim%boundary, r_warming, g(:, :, k))
+        call restore(self%sim%scene, self%sim%nodes, r_warming, g(:, :, k))
       end do
       call gather_flux(self%sim, self%exchange, self%gaps, self%dt, .true.)
       q = merge(g(1, :, :n)*p - (self%sim%nodes%g2(5, :, :n) - self%at_zero), 0.0_rp, self%is_free)
@@ -212,7 +213,7 @@ contains
     all = unpack(rows, system%is_own, 0.0_rp)
     do k = 1, system%n
       associate (sim => system%sim)
-        call sum_all_nodes(sim%world, sim%scene, sim%nodes, 1, all(:, k))
+        call sum_all_nodes(sim%scene, sim%nodes, 1, all(:, k))
       end associate
     end do
   end subroutine scatter_rows

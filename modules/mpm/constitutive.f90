@@ -12,7 +12,7 @@ module mpm_constitutive
   use physics_flow_law, only: flow_law_t, max_warnings
   use physics_stress, only: advance_stress, stress_sums_t
   use simulation_parts, only: simulation_t
-  use simulation_run, only: budget_t, clock_t, e_body, e_plastic, e_stress, outcome_t, step_t
+  use simulation_run, only: budget_t, clock_t, e_body, e_plastic, e_stress, outcome_t
   use simulation_scene, only: average_never, scene_t
   implicit none (type, external)
   private
@@ -91,9 +91,9 @@ contains
   end subroutine crush_voids
 
   !> Acceleration of a body by gravity and loads in this step [m/s2]; zero for a rigid body.
-  pure function external_acceleration(scene, step, body) result(a)
+  pure function external_acceleration(scene, clock, body) result(a)
     type(scene_t), intent(in) :: scene
-    type(step_t), intent(in) :: step
+    type(clock_t), intent(in) :: clock
     integer, intent(in) :: body
     real(rp) :: a(3), ramped
     integer :: i
@@ -104,22 +104,22 @@ contains
     do i = 1, size(scene%body(body)%load)
       associate (load => scene%body(body)%load(i))
         ramped = 1.0_rp
-        if (step%force_time < load%ramp) ramped = step%force_time/load%ramp
+        if (clock%now%force_time < load%ramp) ramped = clock%now%force_time/load%ramp
         a = a + ramped*load%acceleration
       end associate
     end do
   end function external_acceleration
 
   !> Record the work of gravity and loads.
-  subroutine record_external_work(scene, step, budget, block, dt, v, dv)
+  subroutine record_external_work(scene, clock, budget, block, dt, v, dv)
     type(scene_t), intent(in) :: scene
-    type(step_t), intent(in) :: step
+    type(clock_t), intent(in) :: clock
     type(budget_t), intent(inout) :: budget
     type(block_t), intent(in) :: block
     real(rp), intent(in) :: dt, v(nlane, 3), dv(nlane, 3)
     real(rp) :: a(3)
 
-    a = external_acceleration(scene, step, block%body)
+    a = external_acceleration(scene, clock, block%body)
     if (all(abs(a) <= 0.0_rp)) return
     budget%sums(e_body) = budget%sums(e_body) + body_work(block%n, dt, a, block%ps(:, f_mass), &
                                                       v, dv)

@@ -12,7 +12,6 @@
 !> that of central differences, which are 0 for a field that alternates along a single axis.
 module mpm_fbar
   use base_kinds, only: nlane, rp
-  use base_world, only: world_t
   use particles_block, only: block_t
   use particles_store, only: f_flow, f_jac, f_mass, f_rate
   use simulation_nodes, only: nodes_t
@@ -94,13 +93,12 @@ contains
   end function cells_of
 
   !> Sum the masses and volumes of the cells over the ranks.
-  subroutine sum_volume(world, scene, nodes)
-    type(world_t), intent(in) :: world
+  subroutine sum_volume(scene, nodes)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(inout) :: nodes
 
     if (.not. scene%method%fbar) return
-    call nodes%halo%sum(world, size(nodes%volume, 1), nodes%patch%nn, nodes%volume)
+    call nodes%halo%sum(size(nodes%volume, 1), nodes%patch%nn, nodes%volume)
   end subroutine sum_volume
 
   !> Relax J of the particles of a block towards the mean of their cells.

@@ -9,7 +9,7 @@ module mpm_prescribed
   use physics_field, only: field_t
   use physics_material, only: material_t
   use physics_stress, only: compute_elastic_stress
-  use simulation_run, only: budget_t, clock_t, e_body, step_t
+  use simulation_run, only: budget_t, clock_t, e_body
   use simulation_scene, only: scene_t, scheme_musl, scheme_usl
   implicit none (type, external)
   private
@@ -158,16 +158,17 @@ contains
   end function velocity_time
 
   !> Add the body force of a block's field to its records.
-  subroutine add_prescribed_force(scene, step, block, rec)
+  subroutine add_prescribed_force(scene, clock, block, rec)
     type(scene_t), intent(in) :: scene
-    type(step_t), intent(in) :: step
+    type(clock_t), intent(in) :: clock
     type(block_t), intent(in) :: block
     real(rp), intent(inout) :: rec(8, 4, nlane)
     real(rp) :: b(nlane, 3)
     integer :: p
 
     associate (origin => scene%layout%origin)
-      call scene%body(block%body)%field%force(step%force_time, block%ps(:, origin:origin + 2), b)
+      call scene%body(block%body)%field%force(clock%now%force_time, &
+                                              block%ps(:, origin:origin + 2), b)
     end associate
     do p = 1, nlane
       rec(5:7, 1, p) = rec(5:7, 1, p) + block%ps(p, f_mass)*b(p, :)
@@ -176,9 +177,9 @@ contains
 
   !> Record the work of the prescribed body force in a step, with the mean grid velocity `v` -
   !> `dv`/2.
-  subroutine record_prescribed_work(scene, step, budget, block, dt, v, dv)
+  subroutine record_prescribed_work(scene, clock, budget, block, dt, v, dv)
     type(scene_t), intent(in) :: scene
-    type(step_t), intent(in) :: step
+    type(clock_t), intent(in) :: clock
     type(budget_t), intent(inout) :: budget
     type(block_t), intent(in) :: block
     real(rp), intent(in) :: dt, v(nlane, 3), dv(nlane, 3)
@@ -186,7 +187,8 @@ contains
     integer :: p
 
     associate (origin => scene%layout%origin)
-      call scene%body(block%body)%field%force(step%force_time, block%ps(:, origin:origin + 2), b)
+      call scene%body(block%body)%field%force(clock%now%force_time, &
+                                              block%ps(:, origin:origin + 2), b)
     end associate
     do p = 1, block%n
       budget%sums(e_body) = budget%sums(e_body) &

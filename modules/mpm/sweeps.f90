@@ -58,13 +58,13 @@ contains
     call weights_of(sim%scene, sim%nodes, block)
     associate (ps => block%ps, body => sim%scene%body(block%body))
       call force_records(sim%clock%mass_scaling, 1.0_rp/sim%scene%material(body%material)%rho, &
-                         external_acceleration(sim%scene, sim%step, block%body), ps(1, f_mass), &
+                         external_acceleration(sim%scene, sim%clock, block%body), ps(1, f_mass), &
                          ps(1, f_vel), ps(1, f_tau), ps(1, f_temp), sim%nodes%rec)
       if (body%is_forced()) then
-        call add_prescribed_force(sim%scene, sim%step, block, sim%nodes%rec)
+        call add_prescribed_force(sim%scene, sim%clock, block, sim%nodes%rec)
       end if
     end associate
-    if (sim%step%scheme == scheme_usl) call map_volume(sim%scene, sim%clock, sim%nodes, block)
+    if (sim%clock%now%scheme == scheme_usl) call map_volume(sim%scene, sim%clock, sim%nodes, block)
     if (sim%scene%layout%affine > 0) then
       call affine_to_grid(sim%nodes, block, sim%scene%layout%affine, g)
     else
@@ -107,7 +107,8 @@ contains
       call gather_lanes(sim%scene, sim%nodes, 1, 7, g_motion, block, u)
       call gather_gradient(sim%scene, sim%nodes, g_motion, block)
       associate (n => block%n, v => block%ps(:, f_vel:f_vel + 2))
-        v(:n, :) = (1.0_rp - sim%step%pic)*(v(:n, :) + u(:n, 5:7)) + sim%step%pic*u(:n, 1:3)
+        v(:n, :) = (1.0_rp - sim%clock%now%pic)*(v(:n, :) + u(:n, 5:7)) &
+          + sim%clock%now%pic*u(:n, 1:3)
       end associate
     else
       call weights_of(sim%scene, sim%nodes, block)
@@ -184,21 +185,21 @@ contains
         call move_rigid(sim%tool, body%tool, block%n, ps(1, f_pos), ps(1, f_vel), outcome%speed2)
         return
       end if
-      if (sim%step%scheme /= scheme_usl) then
+      if (sim%clock%now%scheme /= scheme_usl) then
         call move_block(sim, block, dt, g_motion, g_strain, v, dv, l, outcome%speed2)
       else
         call weights_of(sim%scene, sim%nodes, block)
         call gather_velocity(sim%nodes, block, g_motion, v, dv, l)
         call gather_gradient(sim%scene, sim%nodes, g_motion, block)
-        call advance_particles(block%n, dt, sim%step%pic, v, dv, ps(1, f_pos), ps(1, f_vel), &
+        call advance_particles(block%n, dt, sim%clock%now%pic, v, dv, ps(1, f_pos), ps(1, f_vel), &
                                outcome%speed2)
       end if
       if (half > 0) call stretch_domains(dt_stress, l, ps(1, half))
       call average_volume(sim, block)
       call crush_voids(sim%scene, sim%budget, dt_stress, block)
-      call record_external_work(sim%scene, sim%step, sim%budget, block, dt, v, dv)
+      call record_external_work(sim%scene, sim%clock, sim%budget, block, dt, v, dv)
       if (body%is_forced()) call &
-        record_prescribed_work(sim%scene, sim%step, sim%budget, block, dt, v, dv)
+        record_prescribed_work(sim%scene, sim%clock, sim%budget, block, dt, v, dv)
       call update_block_stress(sim, block, dt_stress, l, outcome)
     end associate
   end subroutine advance_block
@@ -219,7 +220,7 @@ contains
     v = u(:, 1:3)
     dv = u(:, 5:7)
     u(:, 5:7) = 0.0_rp
-    if (sim%step%scheme == scheme_usavg) u(:, 1:3) = v - 0.5_rp*dv
+    if (sim%clock%now%scheme == scheme_usavg) u(:, 1:3) = v - 0.5_rp*dv
     call advance_particles(block%n, dt, 0.0_rp, u, u(1, 5), block%ps(:, f_pos:f_pos + 2), &
                            block%ps(:, f_vel:f_vel + 2), speed2)
     call gather_slopes(sim%nodes, block, g_strain, l)

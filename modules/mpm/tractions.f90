@@ -7,7 +7,7 @@ module mpm_tractions
   use particles_block, only: block_t, view_block
   use particles_store, only: tag_faces
   use simulation_parts, only: simulation_t
-  use simulation_run, only: e_body, step_t
+  use simulation_run, only: clock_t, e_body
   use simulation_scene, only: scene_t
   implicit none (type, external)
   private
@@ -74,7 +74,7 @@ contains
     do p = 1, block%n
       do k = 1, 6
         if (.not. btest(faces(p), k - 1)) cycle
-        stress = stress_on(sim%scene, sim%step, block, k, p)
+        stress = stress_on(sim%scene, sim%clock, block, k, p)
         if (all(abs(stress) <= 0.0_rp)) cycle
         n = n + 1
         face(n) = face_of(sim%scene, sim%nodes, block, k, p)
@@ -84,9 +84,9 @@ contains
   end subroutine list_loaded_faces
 
   !> Sum of the current tractions on face `k` of particle `p` [Pa].
-  pure function stress_on(scene, step, block, k, p) result(stress)
+  pure function stress_on(scene, clock, block, k, p) result(stress)
     type(scene_t), intent(in) :: scene
-    type(step_t), intent(in) :: step
+    type(clock_t), intent(in) :: clock
     type(block_t), intent(in) :: block
     integer, intent(in) :: k, p
     real(rp) :: stress(3), ramped
@@ -100,7 +100,9 @@ contains
               any(block%ps(p, origin:origin + 2) > tractions(i)%upper)) cycle
         end if
         ramped = 1.0_rp
-        if (step%force_time < tractions(i)%ramp) ramped = step%force_time/tractions(i)%ramp
+        associate (time => clock%now%force_time)
+          if (time < tractions(i)%ramp) ramped = time/tractions(i)%ramp
+        end associate
         stress = stress + ramped*tractions(i)%stress(:, k)
       end do
     end associate

@@ -69,7 +69,7 @@ contains
     real(rp) :: last(3)
 
     call share_probes(sim%world, sim%probes)
-    last = [sim%step%last%stiffness, sim%step%last%speed2, sim%particles%warming]
+    last = [sim%clock%now%last%stiffness, sim%clock%now%last%speed2, sim%particles%warming]
     call sim%world%max(last)
     if (sim%nodes%n_groups > 1) call sim%pairs%gather_kept(sim%world)
     call gather_light(sim%world, sim%nodes)

@@ -7,7 +7,7 @@ module output_diagnostics
   use particles_store, only: f_pos, f_vel, particles_t, tag_id
   use simulation_nodes, only: nodes_t
   use simulation_parts, only: simulation_t
-  use simulation_run, only: step_t
+  use simulation_run, only: clock_t
   use simulation_scene, only: scene_t
   implicit none (type, external)
   private
@@ -25,7 +25,7 @@ contains
 
     local_message = describe_non_finite(sim%scene, sim%particles)
     if (sim%world%all_true(local_message == '')) then
-      local_message = near_fastest_node(sim%world, sim%step, sim%particles, sim%nodes)
+      local_message = near_fastest_node(sim%world, sim%clock, sim%particles, sim%nodes)
       if (local_message /= '' .and. why /= '') local_message = local_message//': '//why
     end if
     call sim%world%share_message(local_message, message)
@@ -70,9 +70,9 @@ contains
   end function describe_non_finite
 
   !> Description of the particle nearest to the fastest node, on the rank that has it; else ''.
-  function near_fastest_node(world, step, particles, nodes) result(text)
+  function near_fastest_node(world, clock, particles, nodes) result(text)
     type(world_t), intent(in) :: world
-    type(step_t), intent(in) :: step
+    type(clock_t), intent(in) :: clock
     type(particles_t), intent(in) :: particles
     type(nodes_t), intent(in) :: nodes
     character(:), allocatable :: text
@@ -81,11 +81,11 @@ contains
 
     text = ''
     mine = 0.0_rp
-    if (step%fastest_node > 0) mine = step%fastest_speed
+    if (clock%now%fastest_node > 0) mine = clock%now%fastest_speed
     largest = mine
     call world%max(largest)
-    if (step%fastest_node == 0 .or. mine < largest(1)) return
-    x = nodes%patch%position(step%fastest_node)
+    if (clock%now%fastest_node == 0 .or. mine < largest(1)) return
+    x = nodes%patch%position(clock%now%fastest_node)
     nearest = huge(1.0_rp)
     do b = 1, particles%nblk
       do p = 1, particles%count(b)

@@ -73,7 +73,7 @@ contains
     real(rp), intent(in) :: melt_ratio           !! largest temperature over melting temperature
     character(:), allocatable :: reason
 
-    if (sim%step%is_broken) return
+    if (sim%clock%now%is_broken) return
     call check_balance(self, sim, columns, reason)
     if (self%is_first) then
       self%starts_molten = melt_ratio > 1.0_rp
@@ -85,8 +85,8 @@ contains
     if (reason == '') call check_range(self, sim%scene, sim%tool, sim%backing, columns, reason)
     if (reason == '') call check_torque(sim%scene, sim%tool, sim%history%row_gained, reason)
     if (reason == '') return
-    sim%step%is_broken = .true.
-    sim%step%reason = reason
+    sim%clock%now%is_broken = .true.
+    sim%clock%now%reason = reason
   end subroutine check
 
   !> Compare the missing energy with the exchanged energy. The check is skipped with thermal

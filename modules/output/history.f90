@@ -47,7 +47,7 @@ contains
 
     call sum_totals(sim, totals)
     call find_microstructure_means(sim%world, sim%scene, sim%particles, micro)
-    sim%step%is_broken = sim%step%is_broken .or. .not. totals%is_sound
+    sim%clock%now%is_broken = sim%clock%now%is_broken .or. .not. totals%is_sound
     call sim%history%row_inertia%advance(sim%clock%mass_scaling, [sim%clock%time, &
       totals%now%motion, totals%work], &
                                        totals%tool(s_force:s_force + 2, :))

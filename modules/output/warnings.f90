@@ -76,8 +76,8 @@ contains
                    str(1.0e6_rp*columns%value('debris_mass'))// &
                    ' mg of debris have left the grid; debris_mass in the history has the sum '// &
                    '(DEBRIS = 0: it ends the run)')
-    call warn_once(self%has_returns, sim%world, sim%step%worst_returns > 0, at// &
-                   'the return mapping of '//str(sim%step%worst_returns)// &
+    call warn_once(self%has_returns, sim%world, sim%clock%now%worst_returns > 0, at// &
+                   'the return mapping of '//str(sim%clock%now%worst_returns)// &
                    ' particle-steps had not converged')
     if (.not. self%has_fracture) then
       separation = separation_ratio(sim%world, sim%scene, sim%particles)

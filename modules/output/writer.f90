@@ -61,7 +61,7 @@ contains
     call self%progress%init(sim%scene%output, sim%clock%time, sim%clock%step)
     self%progress%particles = sim%particles%total()
     call sim%world%sum(self%progress%particles)
-    sim%step%secured = self%progress%started
+    sim%clock%now%secured = self%progress%started
     rows = merge(sim%history%rows, -1_i8, is_resumed)
     stem = sim%scene%output%directory//'/'//sim%scene%output%name
     call self%history%open(sim%world, stem//'_history.csv', sim%scene%title, &
@@ -134,17 +134,18 @@ contains
         sim%clock%next_frame = next_time(output%frame_interval, sim%clock%time)
       end if
       is_due = output%checkpoint_interval > 0.0_rp .and. now >= sim%clock%next_checkpoint
-      is_due = (is_due .or. last .or. sim%step%safety_is_due) .and. self%saved_step < sim%clock%step
-      if (is_due .and. .not. sim%step%is_broken) then
+      is_due = (is_due .or. last .or. sim%clock%now%safety_is_due) &
+        .and. self%saved_step < sim%clock%step
+      if (is_due .and. .not. sim%clock%now%is_broken) then
         self%saved_step = sim%clock%step
         sim%clock%next_checkpoint = next_time(output%checkpoint_interval, sim%clock%time)
         call self%sync()
         if (.not. sim%world%all_true(is_finite(sim%particles))) then
-          sim%step%is_broken = .true.
-        else if (sim%world%all_true(.not. sim%step%lost_row)) then
+          sim%clock%now%is_broken = .true.
+        else if (sim%world%all_true(.not. sim%clock%now%lost_row)) then
           call save_checkpoint(sim, error)
         end if
-        sim%step%secured = wall_time()
+        sim%clock%now%secured = wall_time()
       end if
     end associate
     if (.not. last) return
@@ -173,7 +174,7 @@ contains
         sim%tracers%next = next_time(sim%tracers%interval, sim%clock%time)
       end where
     end associate
-    sim%step%lost_row = sim%step%lost_row .or. self%tracers%is_lost()
+    sim%clock%now%lost_row = sim%clock%now%lost_row .or. self%tracers%is_lost()
   end subroutine write_tracer_rows
 
   !> True if `write_due` will write a row or a frame.
@@ -256,7 +257,7 @@ contains
       call self%errors%write_row(columns%values())
     end if
     sim%history%rows = sim%history%rows + 1
-    sim%step%lost_row = self%history%is_lost() .or. self%probes%is_lost() &
+    sim%clock%now%lost_row = self%history%is_lost() .or. self%probes%is_lost() &
       .or. self%errors%is_lost() .or. self%tracers%is_lost()
   end subroutine write_row
 

@@ -62,8 +62,8 @@ contains
     call sim%world%max(most)
     sim%clock%stiffness = most(1)
     sim%clock%max_speed = sqrt(most(2))
-    sim%step%last%stiffness = most(1)
-    sim%step%last%speed2 = most(2)
+    sim%clock%now%last%stiffness = most(1)
+    sim%clock%now%last%speed2 = most(2)
     call stagger_velocities(sim%scene, sim%clock, sim%particles, stable_step(sim%scene, sim%clock))
     now = energies(sim%scene, sim%clock, sim%particles, sim%nodes)
     energy = [now%kinetic, now%elastic]
@@ -93,7 +93,7 @@ contains
       call note_step(sim%clock%step)
       call advance(sim, status, message)
       if (status == ended_broken) exit
-      if (sim%step%output_is_lost) exit
+      if (sim%clock%now%output_is_lost) exit
       call write_due(sim, writer, is_finished(sim%scene, sim%clock), status, message, error)
       if (status == ended_broken) exit
       call check_state(sim, status, message)
@@ -102,11 +102,11 @@ contains
       call sim%timer%lap(ph_output)
       if (status /= ended_well) exit
     end do
-    if (status == ended_well .and. .not. (sim%step%output_is_lost .or. error%is_set())) then
+    if (status == ended_well .and. .not. (sim%clock%now%output_is_lost .or. error%is_set())) then
       call write_due(sim, writer, .true., status, message, error)
       call check_state(sim, status, message)
     end if
-    if (status /= ended_well .and. .not. sim%step%output_is_lost) then
+    if (status /= ended_well .and. .not. sim%clock%now%output_is_lost) then
       call writer%sync()
       call save_last_state(sim, status == ended_by_signal, error, message)
     end if
@@ -126,10 +126,10 @@ contains
     integer, intent(inout) :: status
     character(:), allocatable, intent(inout) :: message
 
-    if (.not. sim%step%is_broken) return
+    if (.not. sim%clock%now%is_broken) return
     status = ended_broken
-    if (allocated(sim%step%reason)) then
-      message = sim%step%reason//' (step '//str(sim%clock%step)//', t = '// &
+    if (allocated(sim%clock%now%reason)) then
+      message = sim%clock%now%reason//' (step '//str(sim%clock%step)//', t = '// &
                 str(sim%clock%time)//' s)'
       return
     end if
@@ -147,7 +147,7 @@ contains
 
     inquire (file=checkpoint_path(sim%scene), exist=is_there)
     is_there = .not. sim%world%all_true(.not. is_there)
-    is_good = sim%world%all_true(is_finite(sim%particles)) .and. .not. sim%step%is_unsolved
+    is_good = sim%world%all_true(is_finite(sim%particles)) .and. .not. sim%clock%now%is_unsolved
     if (is_good .and. (is_sound .or. .not. is_there)) then
       call save_checkpoint(sim, error)
       message = message//'; checkpoint '//checkpoint_path(sim%scene)
@@ -178,7 +178,7 @@ contains
     dt = next_step(sim%scene, sim%clock)
     call store_impulses(sim%tool)
     call take_step(sim, dt)
-    if (sim%step%is_broken) then
+    if (sim%clock%now%is_broken) then
       status = ended_broken
       call describe_failure(sim, message, '')
       return
@@ -198,7 +198,7 @@ contains
       if (conduction_is_due(sim%scene, sim%clock, dt) .or. &
           row_or_frame_is_due(sim%clock, sim%clock%time >= sim%scene%end_time)) then
         call conduct(sim, sim%clock%time - sim%clock%heat_time)
-        if (sim%step%is_unsolved) then
+        if (sim%clock%now%is_unsolved) then
           status = ended_broken
           message = 'conduction: a step of '//str(sim%clock%time - sim%clock%heat_time)// &
             ' s did not converge: '// &
@@ -213,10 +213,10 @@ contains
     sim%clock%displacement = sim%clock%displacement + dt*sim%clock%max_speed
     call keep_room(sim)
     call limit_mass(sim)
-    if (dt < sim%step%attempted_dt) sim%clock%refused = sim%clock%refused + 1
-    if (sim%step%signal > 0 .and. status == ended_well) then
+    if (dt < sim%clock%now%attempted_dt) sim%clock%refused = sim%clock%refused + 1
+    if (sim%clock%now%signal > 0 .and. status == ended_well) then
       status = ended_by_signal
-      message = 'signal '//str(sim%step%signal)//' stopped the run at step '// &
+      message = 'signal '//str(sim%clock%now%signal)//' stopped the run at step '// &
                 str(sim%clock%step)//', t = '//str(sim%clock%time)//' s'
     end if
   end subroutine advance

@@ -9,7 +9,6 @@ module run_order
   use grid_neighbours, only: dilate
   use particles_store, only: border_bit, f_pos, particles_t, set_bit
   use simulation_nodes, only: nodes_t
-  use simulation_parts, only: boundary_t
   use simulation_scene, only: scene_t
   implicit none (type, external)
   private
@@ -19,16 +18,15 @@ module run_order
 contains
 
   !> Mark pairs at walls that are reflected first, and after a sort the awake border blocks.
-  subroutine mark_border(scene, particles, nodes, boundary, is_sorted_anew)
+  subroutine mark_border(scene, particles, nodes, is_sorted_anew)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(inout) :: particles
-    type(nodes_t), intent(in) :: nodes
-    type(boundary_t), intent(inout) :: boundary
+    type(nodes_t), intent(inout) :: nodes
     logical, intent(in) :: is_sorted_anew
     logical, allocatable :: near(:, :, :)
     integer :: b
 
-    call mark_nodes(scene, nodes, boundary, near)
+    call mark_nodes(scene, nodes, near)
     if (.not. is_sorted_anew) return
     call dilate(near, halo)
     do b = 1, particles%n_awake
@@ -56,10 +54,9 @@ contains
 
   !> Mark the nodes, as (z, y, x), that must be complete before the exchange: shared ones, and their
   !> mirror nodes.
-  subroutine mark_nodes(scene, nodes, boundary, near)
+  subroutine mark_nodes(scene, nodes, near)
     type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(in) :: nodes
-    type(boundary_t), intent(inout) :: boundary
+    type(nodes_t), intent(inout) :: nodes
     logical, allocatable, intent(out) :: near(:, :, :)
     logical :: marked(nodes%patch%nn)
     integer :: n(3)
@@ -69,7 +66,7 @@ contains
     ! Periodic images and several velocity fields are summed before the computation goes on.
     marked = nodes%halo%n == 0 .or. nodes%n_groups > 1 .or. any(nodes%patch%period /= 0)
     marked(nodes%halo%shared) = .true.
-    call split_mirrors(scene, boundary, marked)
+    call split_mirrors(scene, nodes, marked)
     near = reshape(marked, n([3, 2, 1]))
   end subroutine mark_nodes
 

@@ -14,7 +14,7 @@ module run_regrid
   use run_mass_scaling, only: adapt_mass
   use run_order, only: list_to_grid_order, mark_border
   use simulation_nodes, only: append, clear_nodes, forget_light, nodes_t
-  use simulation_parts, only: boundary_t, simulation_t
+  use simulation_parts, only: simulation_t
   use simulation_probes, only: assign_probes, share_probes
   use simulation_run, only: clock_t, sleepers_t
   use simulation_scene, only: scene_t
@@ -156,11 +156,11 @@ contains
     if (has_sleep) call sim%nodes%resting_halo%init(sim%world, sim%nodes%patch, &
                                                     sim%exchange%boxes, active(1))
     call mark_reach(sim%scene, sim%particles, sim%nodes, 1, sim%particles%n_awake, near)
-    call list_runs(sim%nodes, sim%boundary, near .or. sim%sleepers%near_any, has_sleep, .false.)
-    call list_mirrors(sim%scene, sim%nodes, sim%boundary)
+    call list_runs(sim%nodes, near .or. sim%sleepers%near_any, has_sleep, .false.)
+    call list_mirrors(sim%scene, sim%nodes)
     call list_clamps(sim)
     call find_far_force(sim, sleepers_stay .and. .not. patch_is_too_small)
-    call mark_border(sim%scene, sim%particles, sim%nodes, sim%boundary, is_sorted_anew)
+    call mark_border(sim%scene, sim%particles, sim%nodes, is_sorted_anew)
     call list_to_grid_order(sim%particles)
     if (sim%nodes%n_groups > 1 .or. size(sim%hook) > 0) call enclose_blocks(sim%particles)
     call measure_clearances(sim%scene, sim%tool, sim%particles)
@@ -171,9 +171,9 @@ contains
       if (allocated(sim%nodes%resting_range)) deallocate (sim%nodes%resting_range)
       call move_alloc(sim%nodes%range, sim%nodes%resting_range)
       sim%nodes%n_resting_ranges = sim%nodes%n_ranges
-      call list_runs(sim%nodes, sim%boundary, near .or. sim%sleepers%near_layer, .false., &
+      call list_runs(sim%nodes, near .or. sim%sleepers%near_layer, .false., &
                      sim%particles%n_mapped < sim%particles%nblk)
-      call narrow_mirrors(sim%nodes, sim%boundary)
+      call narrow_mirrors(sim%nodes)
     end if
     call list_nodes_in_front(sim)
     call assign_probes(sim%scene%grid, sim%nodes%patch, sim%probes)
@@ -256,9 +256,8 @@ contains
   !> List runs of consecutive nodes in use: those marked in `near` (z, y, x), shared ones, and
   !> (`with_partners`) their mirror nodes at walls. A run is entirely owned by this rank or entirely
   !> by another.
-  subroutine list_runs(nodes, boundary, near, with_sleepers, with_partners)
+  subroutine list_runs(nodes, near, with_sleepers, with_partners)
     type(nodes_t), intent(inout) :: nodes
-    type(boundary_t), intent(in) :: boundary
     logical, intent(in) :: near(:, :, :), with_sleepers, with_partners
     logical, allocatable :: used(:, :, :)
     integer, allocatable :: list(:, :)
@@ -274,7 +273,8 @@ contains
       call nodes%halo%mark_used(size(used), used)
     end if
     if (with_partners) then
-      call mark_partners(boundary%mirrors%n_pairs, boundary%mirrors%pair, size(used), used)
+      call mark_partners(nodes%boundary%mirrors%n_pairs, nodes%boundary%mirrors%pair, size(used), &
+                         used)
     end if
     allocate (list(3, 64))
     nodes%n_ranges = 0

@@ -56,7 +56,7 @@ contains
     call of_run%finish()
     if (of_run%error%is_set()) call error%raise(path//': '//of_run%error%message)
     if (error%is_set()) return
-    sim%step%last = outcome_t(last(1), last(2))
+    sim%clock%now%last = outcome_t(last(1), last(2))
     sim%particles%warming = last(3)
     call sim%particles%change_fields(sim%scene%layout%n)
     associate (motion => sim%sleepers%motion)

@@ -20,6 +20,7 @@ module simulation_nodes
   use base_world, only: world_t
   use grid_geometry, only: box_t, patch_t
   use grid_halo, only: halo_t
+  use simulation_boundary, only: boundary_t
   use simulation_run, only: clock_t
   use simulation_scene, only: scene_t, scheme_usl
   implicit none (type, external)
@@ -32,6 +33,7 @@ module simulation_nodes
     type(box_t) :: reach          !! nodes that particles of any rank can reach
     type(halo_t) :: halo          !! exchange of the nodes used in steps
     type(halo_t) :: resting_halo  !! exchange of the nodes of all particles, if some sleep
+    type(boundary_t) :: boundary  !! nodes whose velocity is prescribed
     integer :: n_groups = 1
     real(rp), pointer, contiguous :: g(:, :, :) => null()     !! (8, nn, n_groups)
     !> Second grid: MUSL and USAVG, conduction, output velocities.

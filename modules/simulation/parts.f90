@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> State of a running simulation: scene, this rank's part of it, constraints on its nodes, clock and
-!> budget; and `hook_t`, by which users add physics to a step.
+!> State of a running simulation: scene, this rank's part of it, clock and budget; and `hook_t`, by
+!> which users add physics to a step.
 module simulation_parts
   use base_kinds, only: i8, rp
   use base_timers, only: phase_timer_t
@@ -13,7 +13,7 @@ module simulation_parts
   use simulation_node_pairs, only: n_kept, node_pairs_t
   use simulation_nodes, only: nodes_t
   use simulation_probes, only: probes_t
-  use simulation_run, only: budget_t, clock_t, exchange_t, sleepers_t, step_t
+  use simulation_run, only: budget_t, clock_t, exchange_t, sleepers_t
   use simulation_scene, only: scene_t
   use simulation_tool_lists, only: tool_contact_t
   use tools_heat_sink, only: backing_t
@@ -22,59 +22,7 @@ module simulation_parts
   implicit none (type, external)
   private
 
-  public :: boundary_t, column_nodes_t, column_t, free_simulation, held_hook_t, history_t, hook_t, &
-            mirrors_t, simulation_t
-
-  !> Three nodes across the face of a clamp that lies between nodes (boundary_clamps).
-  type :: column_t
-    integer :: node(3) = 0                   !! storage indices; 0: not stored on this rank
-    real(rp) :: weight(3) = 0.0_rp           !! weights of the nodal velocities at the face
-    !> Mass of a node at a body that ends at the face, over that of a node inside.
-    real(rp) :: tail(3) = 0.0_rp
-    integer :: clamp = 0
-    integer :: axis = 0                      !! normal to the face
-    logical :: is_owned(3) = .false.
-    logical :: is_whole = .false.            !! this rank stores all nodes with a weight
-  end type column_t
-
-  !> Nodes of all columns along one axis that this rank stores, including columns that only other
-  !> ranks list, or nodes in front of those on walls with friction.
-  type :: column_nodes_t
-    integer, allocatable :: node(:)
-    logical, allocatable :: is_known(:)  !! this rank uses the whole column of each node
-    logical :: is_cut = .false.  !! some rank does not use the whole columns of all its nodes
-  end type column_nodes_t
-
-  !> Nodes behind symmetry planes and their mirror nodes (boundary_symmetry).
-  type :: mirrors_t
-    integer :: n_pairs = 0, n_planes = 0
-    !> The first of the pairs and planes, which involve shared nodes.
-    integer :: n_shared_pairs = 0, n_shared_planes = 0
-    integer, allocatable :: pair(:, :)  !! (3, n_pairs) node behind, node in front, plane
-    integer, allocatable :: plane(:, :)                 !! (2, n_planes) node on a plane, plane
-    !> This rank's mass or capacity behind the plane, before reflection, (n_pairs, n_groups).
-    real(rp), allocatable :: mass_behind(:, :)
-    !> Mass behind the plane of particles at rest, if there are any, (n_pairs).
-    real(rp), allocatable :: resting_mass_behind(:)
-    !> Change of the sum over the nodes by reflections, (8, planes).
-    real(rp), allocatable :: lost(:, :)
-  end type mirrors_t
-
-  type :: boundary_t
-    logical, allocatable :: is_held(:)       !! (nn) nodes held by a clamp or wall, or behind one
-    integer :: n_fixed = 0
-    integer, allocatable :: fixed(:, :)      !! (3, n) node, clamp, 1 if owned
-    !> `fixed` with the nodes that are released near tools, (3, n).
-    integer, allocatable :: listed_node(:, :)
-    integer :: n_columns = 0
-    type(column_t), allocatable :: column(:)  !! columns of nodes across the faces of clamps
-    !> `column` with the columns that are released near tools.
-    type(column_t), allocatable :: listed_column(:)
-    type(column_nodes_t) :: along(3)          !! nodes of the columns along each axis
-    type(column_nodes_t) :: in_front          !! nodes in front of those on walls with friction
-    type(mirrors_t) :: mirrors                !! mirror nodes used in steps
-    type(mirrors_t) :: resting_mirrors        !! mirror nodes of all particles, if some sleep
-  end type boundary_t
+  public :: free_simulation, held_hook_t, history_t, hook_t, simulation_t
 
   !> Physics that a group of the input adds to a step. An extension overrides the places where it
   !> acts; hooks_list makes one for each group.
@@ -141,7 +89,6 @@ module simulation_parts
     type(world_t) :: world                   !! ranks of the run
     type(scene_t) :: scene                   !! constant during a run
     type(clock_t) :: clock
-    type(step_t) :: step
     type(tool_t), allocatable :: tool(:)
     type(backing_t), allocatable :: backing(:)  !! bodies behind heat films
     type(held_hook_t), allocatable :: hook(:)
@@ -149,7 +96,6 @@ module simulation_parts
     type(tracers_t) :: tracers
     type(particles_t) :: particles
     type(nodes_t) :: nodes
-    type(boundary_t) :: boundary
     type(sleepers_t) :: sleepers
     type(exchange_t) :: exchange             !! data shared with the other ranks
     type(node_pairs_t) :: pairs              !! nodes where bodies are in contact
@@ -172,7 +118,7 @@ contains
     if (.not. allocated(self%hook)) allocate (self%hook(0))
     n = sum([(size(self%hook(k)%it%column), k=1, size(self%hook))])
     allocate (self%budget%hooks(n), source=0.0_rp)
-    allocate (self%step%is_near(size(self%tool)), source=.false.)
+    allocate (self%clock%now%is_near(size(self%tool)), source=.false.)
     if (allocated(self%scene%tool_of)) self%nodes%n_groups = size(self%scene%tool_of)
     if (.not. allocated(self%scene%warning)) allocate (self%scene%warning(0))
     n = size(self%scene%condition)
@@ -180,7 +126,7 @@ contains
               self%budget%warning_place(5, size(self%scene%warning)), &
               self%budget%impulse(3, n), self%history%row_impulse(3, n), &
               self%history%row_sums(n_tool_sums, size(self%tool)), &
-              self%boundary%mirrors%lost(8, size(self%scene%symmetry)), source=0.0_rp)
+              self%nodes%boundary%mirrors%lost(8, size(self%scene%symmetry)), source=0.0_rp)
     allocate (self%history%row_inertia%impulse(3, size(self%tool)), &
               self%history%sort_inertia%impulse(3, size(self%tool)), source=0.0_rp)
     allocate (self%pairs%kept(n_kept, 0))

@@ -10,28 +10,6 @@ module simulation_run
 
   public :: budget_t, clock_t, exchange_t, motion_t, outcome_t, sleepers_t, step_t
 
-  !> Simulated time and the quantities that determine the next step: equal on all ranks, stored in
-  !> checkpoints.
-  type :: clock_t
-    integer(i8) :: step = 0
-    real(rp) :: time = 0.0_rp, dt = 0.0_rp
-    integer(i8) :: sorted_at = -1        !! step of the last sort
-    real(rp) :: displacement = 0.0_rp    !! largest particle displacement since the last sort [m]
-    real(rp) :: heat_time = 0.0_rp       !! time of the last conduction step [s]
-    real(rp) :: heat_step = 0.0_rp       !! next conduction step [s]; 0: none yet
-    !> Largest rise of a particle by waiting heat before the last step [K].
-    real(rp) :: warming = 0.0_rp
-    real(rp) :: next_frame = 0.0_rp, next_history = 0.0_rp, next_checkpoint = 0.0_rp
-    real(rp) :: max_speed = 0.0_rp  !! largest grid velocity at a particle in the last step [m/s]
-    integer(i8) :: refused = 0          !! steps that were repeated with a smaller dt
-    real(rp) :: stiffness = 0.0_rp      !! largest squared wave speed without mass scaling [m2/s2]
-    real(rp) :: mass_scaling = 1.0_rp   !! factor on inertia
-    integer :: fragments = 0            !! 1 if there are fragments of a cell or less
-    logical :: scales_light = .true.    !! SELECTIVE_SCALING acts in this step
-    logical :: is_stopped = .false.     !! a tool limit has ended the run
-    real(rp) :: inertial_peak = 0.0_rp  !! decaying maximum of rho v^2 over flow stress [-]
-  end type clock_t
-
   !> Maxima over the particles of this rank at the end of a step, which the acceptance of the next
   !> step uses.
   type :: outcome_t
@@ -60,6 +38,29 @@ module simulation_run
     logical :: safety_is_due = .false.       !! a checkpoint against a crash is due
     integer :: worst_returns = 0             !! largest number of failed return mappings of any rank
   end type step_t
+
+  !> Simulated time and the quantities that determine the next step: equal on all ranks, stored in
+  !> checkpoints.
+  type :: clock_t
+    integer(i8) :: step = 0
+    type(step_t) :: now                  !! the current step, not stored
+    real(rp) :: time = 0.0_rp, dt = 0.0_rp
+    integer(i8) :: sorted_at = -1        !! step of the last sort
+    real(rp) :: displacement = 0.0_rp    !! largest particle displacement since the last sort [m]
+    real(rp) :: heat_time = 0.0_rp       !! time of the last conduction step [s]
+    real(rp) :: heat_step = 0.0_rp       !! next conduction step [s]; 0: none yet
+    !> Largest rise of a particle by waiting heat before the last step [K].
+    real(rp) :: warming = 0.0_rp
+    real(rp) :: next_frame = 0.0_rp, next_history = 0.0_rp, next_checkpoint = 0.0_rp
+    real(rp) :: max_speed = 0.0_rp  !! largest grid velocity at a particle in the last step [m/s]
+    integer(i8) :: refused = 0          !! steps that were repeated with a smaller dt
+    real(rp) :: stiffness = 0.0_rp      !! largest squared wave speed without mass scaling [m2/s2]
+    real(rp) :: mass_scaling = 1.0_rp   !! factor on inertia
+    integer :: fragments = 0            !! 1 if there are fragments of a cell or less
+    logical :: scales_light = .true.    !! SELECTIVE_SCALING acts in this step
+    logical :: is_stopped = .false.     !! a tool limit has ended the run
+    real(rp) :: inertial_peak = 0.0_rp  !! decaying maximum of rho v^2 over flow stress [-]
+  end type clock_t
 
   !> Reach of the particles of a block until the next sort: a cell of motion and half a cell of
   !> support.

@@ -25,7 +25,7 @@ module sleep_held_layer
   use particles_block, only: block_t, view_block
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel
   use simulation_nodes, only: clear_nodes, min_node_inertia, nodes_t, update_nodes
-  use simulation_parts, only: boundary_t, simulation_t
+  use simulation_parts, only: simulation_t
   use simulation_run, only: budget_t, clock_t, e_sleep, sleepers_t
   use simulation_scene, only: scene_t
   use transfer_scatter, only: p2g_block
@@ -54,10 +54,10 @@ contains
       call force_to_grid(sim, block, sim%nodes%g(:, :, 1))
     end do
     call store_layer_records(sim%scene, sim%nodes, sim%sleepers, sim%nodes%g(:, :, 1))
-    call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, sim%nodes%g(:, :, 1), &
-                 sim%boundary%mirrors%lost, sim%boundary%mirrors%mass_behind(:, 1))
-    sim%boundary%mirrors%resting_mass_behind = sim%boundary%mirrors%mass_behind(:, 1)
-    call sim%nodes%halo%sum(sim%world, 8, sim%nodes%patch%nn, sim%nodes%g(:, :, 1))
+    call reflect(sim%scene, sim%nodes, r_momentum, sim%nodes%g(:, :, 1), &
+                 sim%nodes%boundary%mirrors%lost, sim%nodes%boundary%mirrors%mass_behind(:, 1))
+    sim%nodes%boundary%mirrors%resting_mass_behind = sim%nodes%boundary%mirrors%mass_behind(:, 1)
+    call sim%nodes%halo%sum(8, sim%nodes%patch%nn, sim%nodes%g(:, :, 1))
     call list_held(sim%nodes, sim%sleepers, sim%nodes%g(:, :, 1))
   end subroutine freeze_layer
 
@@ -194,7 +194,7 @@ contains
       is_known = .true.
     end if
     if (sim%world%all_true(is_known)) return
-    call mark_held(sim%nodes, sim%boundary, near)
+    call mark_held(sim%nodes, near)
     call find_wall_forces(sim, sim%particles%n_mapped, near, of_layer)
     call find_wall_forces(sim, sim%particles%nblk, near, sim%sleepers%far_force)
     sim%sleepers%far_force = sim%sleepers%far_force - of_layer
@@ -210,9 +210,8 @@ contains
   end subroutine record_sleeper_impulse
 
   !> Mark the nodes, as (z, y, x), from which a particle reaches nodes held by walls or clamps.
-  subroutine mark_held(nodes, boundary, near)
+  subroutine mark_held(nodes, near)
     type(nodes_t), intent(in) :: nodes
-    type(boundary_t), intent(in) :: boundary
     logical, allocatable, intent(out) :: near(:, :, :)
     logical :: is_held(0:nodes%patch%nn)
     integer :: i, k, n(3)
@@ -220,12 +219,12 @@ contains
     n = 0
     if (nodes%patch%nn > 0) n = nodes%patch%all%hi - nodes%patch%all%lo + 1
     is_held = .false.
-    is_held(boundary%mirrors%pair(1, :)) = .true.
-    is_held(boundary%mirrors%plane(1, :)) = .true.
-    is_held(boundary%fixed(1, :boundary%n_fixed)) = .true.
-    do i = 1, boundary%n_columns
+    is_held(nodes%boundary%mirrors%pair(1, :)) = .true.
+    is_held(nodes%boundary%mirrors%plane(1, :)) = .true.
+    is_held(nodes%boundary%fixed(1, :nodes%boundary%n_fixed)) = .true.
+    do i = 1, nodes%boundary%n_columns
       do k = 1, 3
-        is_held(boundary%column(i)%node(k)) = .true.
+        is_held(nodes%boundary%column(i)%node(k)) = .true.
       end do
     end do
     near = reshape(is_held(1:), n([3, 2, 1]))
@@ -252,8 +251,8 @@ contains
       call add_force(sim, near, block, sim%nodes%g(:, :, 1))
     end do
     lost = 0.0_rp
-    call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, sim%nodes%g(:, :, 1), lost)
-    call sim%nodes%resting_halo%sum(sim%world, 8, sim%nodes%patch%nn, sim%nodes%g(:, :, 1))
+    call reflect(sim%scene, sim%nodes, r_momentum, sim%nodes%g(:, :, 1), lost)
+    call sim%nodes%resting_halo%sum(8, sim%nodes%patch%nn, sim%nodes%g(:, :, 1))
     sim%budget%impulse = 0.0_rp
     call update_nodes(sim%scene, sim%clock, sim%nodes, 1.0_rp, sim%nodes%g)  ! in a step of 1 s
     ! Material at rest needs no impulse to stay at rest.
@@ -279,7 +278,7 @@ contains
       if (.not. any(near(node(:block%n)))) return
       call weights_of(sim%scene, nodes, block)
       call force_records(sim%clock%mass_scaling, 1.0_rp/sim%scene%material(body%material)%rho, &
-                         external_acceleration(sim%scene, sim%step, block%body), ps(1, f_mass), &
+                         external_acceleration(sim%scene, sim%clock, block%body), ps(1, f_mass), &
                          ps(1, f_vel), ps(1, f_tau), ps(1, f_temp), nodes%rec)
       call p2g_block(block%n, block%w, block%first, nodes%rec, nodes%patch%stride, &
                      nodes%patch%nn, g)

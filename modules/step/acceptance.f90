@@ -9,7 +9,7 @@ module step_acceptance
   use particles_store, only: particles_t
   use simulation_nodes, only: full_mass
   use simulation_parts, only: simulation_t
-  use simulation_run, only: clock_t, exchange_t, skin, step_t
+  use simulation_run, only: clock_t, exchange_t, skin
   use simulation_scene, only: scene_t
   use tools_tool, only: tool_t
   implicit none (type, external)
@@ -38,28 +38,27 @@ contains
     real(rp) :: own(2), unsecured               ! time without a checkpoint [s]; negative if no
                                                 ! checkpoints are requested
 
-    own = [sim%step%last%stiffness, sim%step%last%speed2]
+    own = [sim%clock%now%last%stiffness, sim%clock%now%last%speed2]
     own = merge(own, huge(1.0_rp), own <= huge(1.0_rp))   ! MPI maxima may lose a NaN
     own(2) = max(own(2), fastest_node(sim, g))
     locally_accepted = is_sound(own) &
       .and. dt*sqrt(own(2)) <= max_node_displacement(sim%scene, sim%clock)
     unsecured = -1.0_rp
-    if (sim%scene%output%safety_interval > 0.0_rp) unsecured = wall_time() - sim%step%secured
+    if (sim%scene%output%safety_interval > 0.0_rp) unsecured = wall_time() - sim%clock%now%secured
     call sim%exchange%acceptance%start(sim%world, &
                                        [own, real(stop_signal(), rp), &
                                         real(sim%budget%failed_returns, rp), unsecured, &
-                                        merge(1.0_rp, 0.0_rp, sim%step%lost_row), &
+                                        merge(1.0_rp, 0.0_rp, sim%clock%now%lost_row), &
                                         sim%particles%warming, &
                                         near_tools(sim%scene, sim%tool, sim%particles)])
   end subroutine post_acceptance
 
   !> Collective. Refuse the step if a node moves farther than half a cell, or a particle might have
   !> moved more than a cell since the last sort; it is to be repeated with the smaller `dt`.
-  !> `step%is_broken`: no step is small enough, or the state has NaN.
-  subroutine finish_acceptance(scene, clock, step, exchange, dt, is_refused)
+  !> `clock%now%is_broken`: no step is small enough, or the state has NaN.
+  subroutine finish_acceptance(scene, clock, exchange, dt, is_refused)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(inout) :: clock
-    type(step_t), intent(inout) :: step
     type(exchange_t), intent(inout) :: exchange
     real(rp), intent(inout) :: dt               !! time step [s]
     logical, intent(out) :: is_refused
@@ -70,19 +69,20 @@ contains
     associate (most => exchange%acceptance%value)
       clock%stiffness = most(1)
       clock%max_speed = sqrt(most(2))
-      step%signal = nint(most(3))
-      step%worst_returns = nint(most(4))
-      step%output_is_lost = most(6) > 0.0_rp
+      clock%now%signal = nint(most(3))
+      clock%now%worst_returns = nint(most(4))
+      clock%now%output_is_lost = most(6) > 0.0_rp
       clock%warming = most(7)
-      step%is_near = most(8:) > 0.0_rp
-      step%safety_is_due = most(5) >= scene%output%safety_interval
-      step%is_broken = .not. is_sound(most(1:2))
+      clock%now%is_near = most(8:) > 0.0_rp
+      clock%now%safety_is_due = most(5) >= scene%output%safety_interval
+      clock%now%is_broken = .not. is_sound(most(1:2))
     end associate
-    is_refused = .not. step%is_broken .and. dt*clock%max_speed > max_node_displacement(scene, clock)
+    is_refused = .not. clock%now%is_broken &
+                 .and. dt*clock%max_speed > max_node_displacement(scene, clock)
     if (.not. is_refused) return
     dt = 0.5_rp*max_node_displacement(scene, clock)/clock%max_speed
-    step%is_broken = dt < min_dt_fraction*step%attempted_dt
-    step%last%speed2 = 0.0_rp  ! `dt` was computed with the particle speeds
+    clock%now%is_broken = dt < min_dt_fraction*clock%now%attempted_dt
+    clock%now%last%speed2 = 0.0_rp  ! `dt` was computed with the particle speeds
   end subroutine finish_acceptance
 
   !> True if squared wave speed and squared speed are valid; false for NaN.
@@ -130,12 +130,12 @@ contains
     do k = 1, sim%nodes%n_groups
       do r = 1, sim%nodes%n_ranges
         do i = sim%nodes%range(1, r), sim%nodes%range(2, r)
-          if (g(8, i, k) < least .or. sim%boundary%is_held(i)) cycle
+          if (g(8, i, k) < least .or. sim%nodes%boundary%is_held(i)) cycle
           s = g(1, i, k)**2 + g(2, i, k)**2 + g(3, i, k)**2
           if (s <= fastest_node) cycle           ! continues for NaN
           fastest_node = merge(s, huge(1.0_rp), s <= huge(1.0_rp))
-          sim%step%fastest_node = i
-          sim%step%fastest_speed = sqrt(fastest_node)
+          sim%clock%now%fastest_node = i
+          sim%clock%now%fastest_speed = sqrt(fastest_node)
         end do
       end do
     end do

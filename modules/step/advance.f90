@@ -30,9 +30,9 @@ module step_advance
 
 contains
 
-  !> Advance all particles by `dt`, or by less if a node would move too far. If `sim%step%is_broken`
-  !> is true on return, nothing was advanced. `g_motion` holds the nodal velocities that move the
-  !> particles, `g_strain` those whose gradient strains the material.
+  !> Advance all particles by `dt`, or by less if a node would move too far. If
+  !> `sim%clock%now%is_broken` is true on return, nothing was advanced. `g_motion` holds the nodal
+  !> velocities that move the particles, `g_strain` those whose gradient strains the material.
   subroutine take_step(sim, dt)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: dt               !! time step [s]
@@ -45,7 +45,7 @@ contains
     call begin_step(sim, dt, stress_fraction_before)
     g_strain => sim%nodes%g
     g_motion => sim%nodes%g
-    if (sim%step%scheme /= scheme_usl) g_motion => sim%nodes%g2
+    if (sim%clock%now%scheme /= scheme_usl) g_motion => sim%nodes%g2
     if (stress_fraction_before > 0.0_rp) call update_stress_before(sim, dt, &
       stress_fraction_before, g_strain, outcome)
     if (sim%scene%method%sleep%is_on) then
@@ -62,7 +62,7 @@ contains
       call post_acceptance(sim, dt, g_motion, locally_accepted)
       call apply_boundary(sim, dt, g_motion, locally_accepted)
       call accept_step(sim, dt, g_motion, outcome, is_refused)
-      if (sim%step%is_broken) return
+      if (sim%clock%now%is_broken) return
       if (.not. is_refused) exit
     end do
     call resolve_contact(sim, dt, g_motion, outcome)
@@ -71,8 +71,8 @@ contains
       call track_motion(sim%nodes, sim%sleepers, dt, g_motion(:, :, 1))
     end if
     call keep_light(sim%scene, sim%clock, sim%nodes, g_motion)
-    call record_impulse(sim%scene, sim%boundary, sim%budget, dt, g_motion)
-    if (sim%step%scheme /= scheme_usl) then
+    call record_impulse(sim%scene, sim%nodes, sim%budget, dt, g_motion)
+    if (sim%clock%now%scheme /= scheme_usl) then
       call remap_velocities(sim, dt, g_strain, g_motion)
     else if (sim%scene%method%filters_in(sim%clock%step)) then
       call filter_velocity(sim, g_motion, sim%nodes%g2, sim%nodes%increment)
@@ -82,14 +82,14 @@ contains
     call grid_to_particles(sim, dt, g_motion, g_strain, (1.0_rp - stress_fraction_before)*dt, &
                            outcome)
     call sim%timer%lap(ph_to_particles)
-    sim%step%last = outcome
+    sim%clock%now%last = outcome
     if (sim%probes%n > 0) then
       call move_probes(dt, sim%nodes%patch, sim%nodes%n_groups, g_strain, g_motion, &
                        sim%probes, sim%sleepers%layer%held)   ! an unallocated list is absent
     end if
   end subroutine take_step
 
-  !> Set the values of `sim%step` that hold for the whole step. Steps in which a tool may touch
+  !> Set the values of `sim%clock` that hold for the whole step. Steps in which a tool may touch
   !> metal are those of USL: velocities mapped again from the particles do not satisfy contact, and
   !> metal strained by them gains energy at a tool in any step, however short.
   subroutine begin_step(sim, dt, stress_fraction_before)
@@ -98,7 +98,7 @@ contains
     real(rp), intent(out) :: stress_fraction_before
     logical :: is_far                           !! no tool may touch metal before the next sort
 
-    associate (method => sim%scene%method, step => sim%step)
+    associate (method => sim%scene%method, step => sim%clock%now)
       step%scheme = method%scheme
       if (step%scheme /= scheme_usl .and. size(sim%tool) > 0) then
         is_far = sim%world%all_true(sim%particles%n_far == sim%particles%n_awake)
@@ -142,16 +142,16 @@ contains
     call clear_nodes(sim%nodes, g)
     call clear_volume(sim%scene, sim%nodes)
     call momentum_to_grid(sim, g, g_motion)
-    call sum_nodes(sim%world, sim%scene, sim%nodes, sim%boundary, g)
-    call sum_volume(sim%world, sim%scene, sim%nodes)
+    call sum_nodes(sim%scene, sim%nodes, g)
+    call sum_volume(sim%scene, sim%nodes)
     before = sim%budget                     ! interpolation does no work and exerts no impulse
     call update_nodes(sim%scene, sim%clock, sim%nodes, 0.0_rp, g)
     call hold_walls(sim, 1.0_rp, g)
     if (sim%nodes%n_groups > 1) then
-      call join_bodies(sim%world, sim%scene, sim%clock, sim%tool, sim%particles, &
-                       sim%nodes, sim%boundary, sim%pairs, dt, g)
+      call join_bodies(sim%scene, sim%clock, sim%tool, sim%particles, &
+                       sim%nodes, sim%pairs, dt, g)
     end if
-    call restore_velocities(sim%scene, sim%nodes, sim%boundary, g)
+    call restore_velocities(sim%scene, sim%nodes, g)
     sim%budget = before
   end subroutine remap_velocities
 

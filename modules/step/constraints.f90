@@ -33,7 +33,7 @@ contains
       call hold_layer(sim%scene, sim%clock, sim%nodes, sim%sleepers, sim%budget, g(:, :, 1))
     end if
     if (sim%nodes%n_groups > 1) return
-    call restore_velocities(sim%scene, sim%nodes, sim%boundary, g)
+    call restore_velocities(sim%scene, sim%nodes, g)
     call sim%tool%move_to(sim%clock%time + dt)
     sim%exchange%speculative%is_possible = locally_accepted .and. can_speculate(sim)
   end subroutine apply_boundary
@@ -49,14 +49,14 @@ contains
     integer :: group, k
 
     if (sim%nodes%n_groups > 1) then
-      call resolve_body_contact(sim%world, sim%scene, sim%clock, sim%tool, sim%particles, &
-                                sim%nodes, sim%boundary, sim%pairs, sim%budget, dt, g)
-      call restore_velocities(sim%scene, sim%nodes, sim%boundary, g)
+      call resolve_body_contact(sim%scene, sim%clock, sim%tool, sim%particles, &
+                                sim%nodes, sim%pairs, sim%budget, dt, g)
+      call restore_velocities(sim%scene, sim%nodes, g)
       call sim%tool%move_to(sim%clock%time + dt)
     end if
     sim%tool%max_face_temperature = 0.0_rp
     do k = 1, size(sim%tool)
-      if (.not. sim%step%is_near(k)) cycle
+      if (.not. sim%clock%now%is_near(k)) cycle
       do group = 1, sim%nodes%n_groups
         if (sim%scene%is_rigid_group(group)) cycle
         call resolve_tool_contact(sim, k, group, dt, g(:, :, group), outcome)

@@ -39,8 +39,8 @@ contains
     do power = 2, sim%scene%method%order
       call map_and_return(sim, increment, mapped)
       do k = 1, sim%nodes%n_groups
-        call reflect(sim%scene, sim%nodes, sim%boundary, r_filter, mapped(:, :, k), lost)
-        call sim%nodes%halo%sum(sim%world, 8, sim%nodes%patch%nn, mapped(:, :, k))
+        call reflect(sim%scene, sim%nodes, r_filter, mapped(:, :, k), lost)
+        call sim%nodes%halo%sum(8, sim%nodes%patch%nn, mapped(:, :, k))
       end do
       call update_increment(sim%nodes, g, mapped, increment)
       call release_held(sim, g, increment)
@@ -48,7 +48,7 @@ contains
         call join_increments(sim%scene, sim%nodes, sim%pairs, g, increment)
       end if
       do k = 1, sim%nodes%n_groups
-        call restore(sim%scene, sim%nodes, sim%boundary, r_filter, increment(:, :, k))
+        call restore(sim%scene, sim%nodes, r_filter, increment(:, :, k))
       end do
       call add_increment(sim%nodes, increment, g)
     end do

@@ -4,13 +4,12 @@
 !> where constraints change the nodal velocities.
 module step_motion
   use base_kinds, only: nlane, rp
-  use base_world, only: world_t
   use boundary_symmetry, only: r_filter, r_momentum, reflect, restore
   use mpm_blocks, only: gather_lanes, values_to_grid, weights_of
   use particles_block, only: block_t, view_block
   use particles_store, only: f_mass, f_vel
   use simulation_nodes, only: clear_nodes, min_node_mass, nodes_t
-  use simulation_parts, only: boundary_t, simulation_t
+  use simulation_parts, only: simulation_t
   use simulation_scene, only: scene_t
   implicit none (type, external)
   private
@@ -42,7 +41,7 @@ contains
       call view_block(sim%particles, b, block)
       if (flows(k)) call add_momentum(sim%scene, sim%nodes, block, sim%nodes%g2(:, :, k))
     end do
-    call find_velocities(sim%world, sim%scene, sim%nodes, sim%boundary)
+    call find_velocities(sim%scene, sim%nodes)
     do i = 1, sim%particles%n_awake
       b = sim%particles%turn(i)
       k = sim%scene%body(sim%particles%body(b))%group
@@ -69,25 +68,23 @@ contains
   end subroutine add_momentum
 
   !> Collective. Sum the nodal momenta over the ranks and divide by mass: velocities in lanes 5:7.
-  subroutine find_velocities(world, scene, nodes, boundary)
-    type(world_t), intent(in) :: world
+  subroutine find_velocities(scene, nodes)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(inout) :: nodes
-    type(boundary_t), intent(in) :: boundary
     real(rp) :: lost(8, size(scene%symmetry))
     integer :: i, k, r
 
     associate (g => nodes%g2)
       lost = 0.0_rp                            ! not used
       do k = 1, nodes%n_groups
-        call reflect(scene, nodes, boundary, r_momentum, g(:, :, k), lost)
-        call nodes%halo%sum(world, 8, nodes%patch%nn, g(:, :, k))
+        call reflect(scene, nodes, r_momentum, g(:, :, k), lost)
+        call nodes%halo%sum(8, nodes%patch%nn, g(:, :, k))
         do r = 1, nodes%n_ranges
           do i = nodes%range(1, r), nodes%range(2, r)
             if (g(1, i, k) > min_node_mass) g(5:7, i, k) = g(2:4, i, k)/g(1, i, k)
           end do
         end do
-        call restore(scene, nodes, boundary, r_filter, g(:, :, k))
+        call restore(scene, nodes, r_filter, g(:, :, k))
       end do
     end associate
   end subroutine find_velocities

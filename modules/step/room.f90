@@ -12,14 +12,13 @@
 !> more. The empty part of the room around a particle bounds its pressure (mpm_constitutive).
 module step_room
   use base_kinds, only: i8, nlane, rp
-  use base_world, only: world_t
   use boundary_symmetry, only: r_momentum, reflect
   use mpm_blocks, only: gather_lanes, values_to_grid, weights_of
   use particles_block, only: block_t, view_block
   use particles_store, only: f_jac, f_mass, f_plastic, f_pos, particles_t
   use simulation_conditions, only: wall_t
   use simulation_nodes, only: clear_nodes, nodes_t
-  use simulation_parts, only: boundary_t, simulation_t
+  use simulation_parts, only: simulation_t
   use simulation_scene, only: scene_t
   use tools_tool, only: tool_t
   use transfer_gather, only: gather_block, lanes_t
@@ -69,7 +68,7 @@ contains
         call view_block(sim%particles, turn_of(sim%particles, i), block)
         call mark_surface(sim%scene, sim%nodes, g(:, :, 1), block, mark(:, :, 1))
       end do
-      call free_surface(sim%world, sim%scene, sim%nodes, sim%boundary, g(:, :, 1), mark(:, :, 1))
+      call free_surface(sim%scene, sim%nodes, g(:, :, 1), mark(:, :, 1))
       do i = 1, sim%particles%n_awake
         b = turn_of(sim%particles, i)
         call view_block(sim%particles, b, block)
@@ -164,11 +163,11 @@ contains
     integer :: i, k, r
 
     allocate (metal(1, sim%nodes%patch%nn), source=g(1:1, :))
-    call sim%nodes%halo%sum(sim%world, 1, sim%nodes%patch%nn, metal)
+    call sim%nodes%halo%sum(1, sim%nodes%patch%nn, metal)
     lost = 0.0_rp
-    call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g, lost)
-    call sim%nodes%halo%sum(sim%world, 8, sim%nodes%patch%nn, g)
-    associate (planes => sim%boundary%mirrors%plane)
+    call reflect(sim%scene, sim%nodes, r_momentum, g, lost)
+    call sim%nodes%halo%sum(8, sim%nodes%patch%nn, g)
+    associate (planes => sim%nodes%boundary%mirrors%plane)
       do i = 1, size(planes, 2)
         g(1, planes(1, i)) = 2.0_rp*g(1, planes(1, i))   ! the other half of the node is its image
       end do
@@ -185,19 +184,18 @@ contains
         g(l_open, i) = merge(1.0_rp, 0.0_rp, excess < open_fill - 1.0_rp)
       end do
     end do
-    call mirror(sim%nodes, sim%boundary, g)
+    call mirror(sim%nodes, g)
     g(l_metal, :) = metal(1, :)
   end subroutine find_excess
 
   !> Set the nodes behind walls to the values of their mirror nodes.
-  pure subroutine mirror(nodes, boundary, g)
+  pure subroutine mirror(nodes, g)
     type(nodes_t), intent(in) :: nodes
-    type(boundary_t), intent(in) :: boundary
     real(rp), intent(inout) :: g(8, nodes%patch%nn)
     integer :: i
 
-    associate (pair => boundary%mirrors%pair)
-      do i = boundary%mirrors%n_pairs, 1, -1
+    associate (pair => nodes%boundary%mirrors%pair)
+      do i = nodes%boundary%mirrors%n_pairs, 1, -1
         g(:, pair(1, i)) = g(:, pair(2, i))
       end do
     end associate
@@ -259,24 +257,22 @@ contains
   end subroutine mark_surface
 
   !> Collective. Marked nodes attract nothing, and repel only what disorder does not explain.
-  subroutine free_surface(world, scene, nodes, boundary, g, mark)
-    type(world_t), intent(in) :: world
+  subroutine free_surface(scene, nodes, g, mark)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(inout) :: nodes
-    type(boundary_t), intent(in) :: boundary
     real(rp), intent(inout) :: g(8, nodes%patch%nn), mark(8, nodes%patch%nn)
     real(rp) :: lost(8, size(scene%symmetry))
     integer :: i, r
 
     lost = 0.0_rp
-    call reflect(scene, nodes, boundary, r_momentum, mark, lost)
-    call nodes%halo%sum(world, 8, nodes%patch%nn, mark)
+    call reflect(scene, nodes, r_momentum, mark, lost)
+    call nodes%halo%sum(8, nodes%patch%nn, mark)
     do r = 1, nodes%n_ranges
       do i = nodes%range(1, r), nodes%range(2, r)
         if (mark(1, i) > 0.0_rp) g(l_excess, i) = max(0.0_rp, g(l_excess, i) - disorder)
       end do
     end do
-    call mirror(nodes, boundary, g)
+    call mirror(nodes, g)
   end subroutine free_surface
 
   !> Part of the room of a node that a tool covers, with the weights of the node: the mean over

@@ -125,8 +125,8 @@ contains
       end do
       call sim%timer%lap(ph_to_particles)
     end if
-    call finish_acceptance(sim%scene, sim%clock, sim%step, sim%exchange, dt, is_refused)
-    if (is_refused .or. sim%step%is_broken) then
+    call finish_acceptance(sim%scene, sim%clock, sim%exchange, dt, is_refused)
+    if (is_refused .or. sim%clock%now%is_broken) then
       call roll_back(sim%particles, sim%exchange, sim%budget, outcome)
     end if
   end subroutine accept_step
@@ -140,7 +140,7 @@ contains
     real(rp), intent(inout) :: values(width, sim%contact%n_nodes)
 
     associate (contact => sim%contact)
-      call sim%nodes%halo%post_entries(sim%world, .false., sim%nodes%patch%nn, contact%entry_of, &
+      call sim%nodes%halo%post_entries(.false., sim%nodes%patch%nn, contact%entry_of, &
                                        contact%n_nodes, contact%node, width, values)
     end associate
     if (sim%exchange%speculative%is_possible) then
@@ -151,7 +151,7 @@ contains
       end do
       call sim%timer%lap(ph_to_particles)
     end if
-    call sim%nodes%halo%finish_entries(sim%world, .false., sim%contact%n_nodes, width, values)
+    call sim%nodes%halo%finish_entries(.false., sim%contact%n_nodes, width, values)
   end subroutine sum_with_overlap
 
   !> Update the next block from the grid, in a scene with one group of bodies and USL.

@@ -5,13 +5,12 @@
 module step_to_grid
   use base_kinds, only: rp
   use base_timers, only: ph_exchange, ph_to_grid
-  use base_world, only: world_t
   use boundary_symmetry, only: shared_part, reflect, interior_part, r_momentum
   use mpm_fbar, only: clear_volume, sum_volume
   use mpm_sweeps, only: blocks_to_grid
   use mpm_tractions, only: tractions_to_grid
   use simulation_nodes, only: clear_nodes, nodes_t
-  use simulation_parts, only: boundary_t, simulation_t
+  use simulation_parts, only: simulation_t
   use simulation_scene, only: scene_t, scheme_usl
   use sleep_held_layer, only: add_layer
   implicit none (type, external)
@@ -29,16 +28,16 @@ contains
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
 
     call clear_nodes(sim%nodes, g)
-    if (sim%step%scheme == scheme_usl) call clear_volume(sim%scene, sim%nodes)
-    if (sim%nodes%n_groups == 1 .and. sim%step%scheme == scheme_usl) then
+    if (sim%clock%now%scheme == scheme_usl) call clear_volume(sim%scene, sim%nodes)
+    if (sim%nodes%n_groups == 1 .and. sim%clock%now%scheme == scheme_usl) then
       call map_and_sum(sim, g)
       return
     end if
     call blocks_to_grid(sim, 1, sim%particles%n_awake, g)
     call layer_and_tractions_to_grid(sim, g)
     call sim%timer%lap(ph_to_grid)
-    call sum_nodes(sim%world, sim%scene, sim%nodes, sim%boundary, g)
-    if (sim%step%scheme == scheme_usl) call sum_volume(sim%world, sim%scene, sim%nodes)
+    call sum_nodes(sim%scene, sim%nodes, g)
+    if (sim%clock%now%scheme == scheme_usl) call sum_volume(sim%scene, sim%nodes)
     call sim%timer%lap(ph_exchange)
   end subroutine particles_to_grid
 
@@ -49,23 +48,24 @@ contains
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
     integer :: b
 
-    associate (lost => sim%boundary%mirrors%lost, own => sim%boundary%mirrors%mass_behind(:, 1))
+    associate (lost => sim%nodes%boundary%mirrors%lost, &
+               own => sim%nodes%boundary%mirrors%mass_behind(:, 1))
       lost = 0.0_rp
       call blocks_to_grid(sim, 1, sim%particles%n_border, g)
       call layer_and_tractions_to_grid(sim, g)
-      call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, 1), lost, own, &
+      call reflect(sim%scene, sim%nodes, r_momentum, g(:, :, 1), lost, own, &
                    shared_part)
       call sim%timer%lap(ph_to_grid)
-      call sim%nodes%halo%post(sim%world, 8, sim%nodes%patch%nn, g(:, :, 1), sim%nodes%volume)
+      call sim%nodes%halo%post(8, sim%nodes%patch%nn, g(:, :, 1), sim%nodes%volume)
       call sim%timer%lap(ph_exchange)
       do b = sim%particles%n_border + 1, sim%particles%n_awake, blocks_per_test
         call blocks_to_grid(sim, b, min(b + blocks_per_test - 1, sim%particles%n_awake), g)
         call sim%nodes%halo%progress_messages()
       end do
-      call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, 1), lost, own, &
+      call reflect(sim%scene, sim%nodes, r_momentum, g(:, :, 1), lost, own, &
                    interior_part)
       call sim%timer%lap(ph_to_grid)
-      call sim%nodes%halo%finish(sim%world, 8, sim%nodes%patch%nn, g(:, :, 1), sim%nodes%volume)
+      call sim%nodes%halo%finish(8, sim%nodes%patch%nn, g(:, :, 1), sim%nodes%volume)
       call sim%timer%lap(ph_exchange)
     end associate
   end subroutine map_and_sum
@@ -82,19 +82,17 @@ contains
   end subroutine layer_and_tractions_to_grid
 
   !> Collective. Reflect the records at symmetry planes, sum those of shared nodes over the ranks.
-  subroutine sum_nodes(world, scene, nodes, boundary, g)
-    type(world_t), intent(in) :: world
+  subroutine sum_nodes(scene, nodes, g)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(inout) :: nodes
-    type(boundary_t), intent(inout) :: boundary
     real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
     integer :: k
 
-    boundary%mirrors%lost = 0.0_rp
+    nodes%boundary%mirrors%lost = 0.0_rp
     do k = 1, nodes%n_groups
-      call reflect(scene, nodes, boundary, r_momentum, g(:, :, k), boundary%mirrors%lost, &
-                   boundary%mirrors%mass_behind(:, k))
-      call nodes%halo%sum(world, 8, nodes%patch%nn, g(:, :, k))
+      call reflect(scene, nodes, r_momentum, g(:, :, k), nodes%boundary%mirrors%lost, &
+                   nodes%boundary%mirrors%mass_behind(:, k))
+      call nodes%halo%sum(8, nodes%patch%nn, g(:, :, k))
     end do
   end subroutine sum_nodes
 

@@ -65,7 +65,7 @@ contains
       copper%t_ref = room_temperature
       call copper%set_elastic(124.0e9_rp, 0.34_rp)
       sim%clock%stiffness = copper%wave_speed()**2
-      sim%step%last%stiffness = sim%clock%stiffness
+      sim%clock%now%last%stiffness = sim%clock%stiffness
     end associate
     do b = 1, n_bodies
       allocate (sim%scene%body(b)%load(0))

@@ -60,7 +60,7 @@ contains
     logical :: may_stand
 
     call post_acceptance(sim, taken, sim%nodes%g, may_stand)
-    call finish_acceptance(sim%scene, sim%clock, sim%step, sim%exchange, taken, so)
+    call finish_acceptance(sim%scene, sim%clock, sim%exchange, taken, so)
     if (present(stands)) stands = may_stand
   end function is_refused
 
@@ -82,7 +82,7 @@ contains
       end if
       call set_velocity(sim%nodes, 0.99_rp*most/dt*way, at_rest, sim%nodes%g(:, :, 1))
       taken = dt
-      sim%step%attempted_dt = dt
+      sim%clock%now%attempted_dt = dt
       call expect('99 % of half a cell', .not. is_refused(sim, taken, stands))
       call expect('a rank can see that', stands)
       call expect_close('a step that stands', taken, dt)
@@ -90,7 +90,7 @@ contains
       call set_velocity(sim%nodes, (1.01_rp + u(2))*most/dt*way, at_rest, sim%nodes%g(:, :, 1))
       call expect('more than half a cell', is_refused(sim, taken, stands))
       call expect('ranks can see that', .not. stands)
-      call expect('it can be tried again', .not. sim%step%is_broken)
+      call expect('it can be tried again', .not. sim%clock%now%is_broken)
       call expect_close('with half of the displacement that is allowed', &
                         taken*norm2((1.01_rp + u(2))*most/dt*way), 0.5_rp*most)
       call expect('which stands', .not. is_refused(sim, taken))
@@ -109,18 +109,18 @@ contains
     call prepare(sim)
     do k = 1, 7
       call set_velocity(sim%nodes, [0.0_rp, 0.0_rp, 0.0_rp], at_rest, sim%nodes%g(:, :, 1))
-      sim%step%last%speed2 = 0.0_rp
+      sim%clock%now%last%speed2 = 0.0_rp
       node = node_at(sim, merge([-h, h, h], [4.0_rp*h, h, h], k == 5))
       if (node > 0) then
         if (k < 6) sim%nodes%g(1:3, node, 1) = merge(fast, 0.0_rp, [1, 2, 3] == min(k, 3))
         sim%nodes%g(8, node, 1) = merge(0.0099_rp, 0.0101_rp, k == 4)*rho*h**3
       end if
-      if (k == 6 .and. world%rank == world%size - 1) sim%step%last%speed2 = fast**2
+      if (k == 6 .and. world%rank == world%size - 1) sim%clock%now%last%speed2 = fast**2
       taken = dt
-      sim%step%attempted_dt = dt
+      sim%clock%now%attempted_dt = dt
       call expect('who counts', is_refused(sim, taken) .eqv. (k < 4 .or. k == 6))
       if (k == 6) call expect('the speed of particles is in the shorter step', &
-                              sim%step%last%speed2 <= 0.0_rp)
+                              sim%clock%now%last%speed2 <= 0.0_rp)
     end do
     call free_simulation(sim)
   end subroutine test_who_counts
@@ -150,15 +150,15 @@ contains
     nan = ieee_value(1.0_rp, ieee_quiet_nan)
     do k = 1, 6
       call set_velocity(sim%nodes, [0.0_rp, 0.0_rp, 0.0_rp], at_rest, sim%nodes%g(:, :, 1))
-      sim%step%last = outcome_t()
+      sim%clock%now%last = outcome_t()
       node = node_at(sim, [h, h, h])
       select case (k)
       case (2)
         if (node > 0) sim%nodes%g(2, node, 1) = nan
       case (3)
-        if (world%rank == 0) sim%step%last%stiffness = 2.0e30_rp
+        if (world%rank == 0) sim%clock%now%last%stiffness = 2.0e30_rp
       case (4)
-        if (world%rank == 0) sim%step%last%speed2 = nan
+        if (world%rank == 0) sim%clock%now%last%speed2 = nan
       case (5)                               ! a step 1e-4 times as long would do
         if (node > 0) sim%nodes%g(1:3, node, 1) = 0.24_rp*h/(1.0e-4_rp*dt)*way
       case (6)
@@ -166,9 +166,9 @@ contains
       case default                           ! sound
       end select
       taken = dt
-      sim%step%attempted_dt = dt
+      sim%clock%now%attempted_dt = dt
       call expect('what is refused', is_refused(sim, taken) .eqv. k >= 5)
-      call expect('what is broken', sim%step%is_broken .eqv. (k /= 1 .and. k /= 5))
+      call expect('what is broken', sim%clock%now%is_broken .eqv. (k /= 1 .and. k /= 5))
     end do
     call ieee_set_flag(ieee_invalid, .false.)
     call free_simulation(sim)
@@ -190,20 +190,20 @@ contains
     call settle(world, sim)
     call map_particles(world, sim, 0.0_rp, sim%nodes%g)
     do k = 1, 2
-      sim%step%last%stiffness = k*(1.0e7_rp + world%rank)
+      sim%clock%now%last%stiffness = k*(1.0e7_rp + world%rank)
       sim%budget%failed_returns = k*(7 + world%rank)
-      sim%step%lost_row = k == 2 .and. world%rank == 0
+      sim%clock%now%lost_row = k == 2 .and. world%rank == 0
       sim%scene%output%safety_interval = merge(5.0_rp, 0.0_rp, k == 2)
-      sim%step%secured = wall_time() - merge(10.0_rp, 0.0_rp, world%rank == last)
+      sim%clock%now%secured = wall_time() - merge(10.0_rp, 0.0_rp, world%rank == last)
       taken = dt
       call expect('it stands', .not. is_refused(sim, taken))
       call expect_close('stiffness', sim%clock%stiffness, k*(1.0e7_rp + last))
-      call expect('returns that failed', sim%step%worst_returns == k*(7 + last))
-      call expect('a row that is lost', sim%step%output_is_lost .eqv. k == 2)
-      call expect('a checkpoint is due', sim%step%safety_is_due .eqv. k == 2)
+      call expect('returns that failed', sim%clock%now%worst_returns == k*(7 + last))
+      call expect('a row that is lost', sim%clock%now%output_is_lost .eqv. k == 2)
+      call expect('a checkpoint is due', sim%clock%now%safety_is_due .eqv. k == 2)
       call expect('the tool at the plate is near, the other is not', &
-                  all(sim%step%is_near .eqv. [.false., .true.]))
-      call expect('no signal', sim%step%signal == 0)
+                  all(sim%clock%now%is_near .eqv. [.false., .true.]))
+      call expect('no signal', sim%clock%now%signal == 0)
     end do
     call free_simulation(sim)
   end subroutine test_messages
@@ -252,7 +252,7 @@ contains
       taken = merge(3.0e-5_rp, 1.0e-4_rp, i == 2)
       call take_step(sim, taken)
       call expect('a step that is too long gets shorter', taken < 3.0e-5_rp .and. taken > 1.0e-7_rp)
-      call expect('and is taken', .not. sim%step%is_broken)
+      call expect('and is taken', .not. sim%clock%now%is_broken)
       short = taken
       call take_step(other, short)
       call expect('the other one is taken as it is', same(short, taken))
@@ -303,15 +303,15 @@ contains
       ps = sim%particles%ps
       budget = sim%budget
       clock = sim%clock
-      sim%step%attempted_dt = dt
+      sim%clock%now%attempted_dt = dt
       taken = dt
       if (k == 3) taken = 1.0e-7_rp
       call save_state(sim%exchange, sim%budget)
       call particles_to_grid(sim, sim%nodes%g)
       call update_nodes(sim%scene, sim%clock, sim%nodes, taken, sim%nodes%g)
       if (world%rank == world%size - 1) then
-        if (k == 1) sim%step%last%speed2 = (0.7_rp*h/dt)**2
-        if (k == 2) sim%step%last%stiffness = 1.0e31_rp
+        if (k == 1) sim%clock%now%last%speed2 = (0.7_rp*h/dt)**2
+        if (k == 2) sim%clock%now%last%stiffness = 1.0e31_rp
       end if
       call post_acceptance(sim, taken, sim%nodes%g, stands)
       call apply_boundary(sim, taken, sim%nodes%g, stands)
@@ -323,7 +323,7 @@ contains
       call expect('particles have changed', .not. all(same(sim%particles%ps, ps)))
       call accept_step(sim, taken, sim%nodes%g, outcome, is_refused)
       call expect('it is refused', is_refused .eqv. k == 1)
-      call expect('it is broken', sim%step%is_broken .eqv. k == 2)
+      call expect('it is broken', sim%clock%now%is_broken .eqv. k == 2)
       if (k == 3) then
         call expect('blocks stay done', sim%exchange%speculative%n_done >= 2)
         call expect('with their outcome', outcome%stiffness > 0.0_rp)

@@ -156,7 +156,7 @@ contains
       one = lines_of(c, g1)
       two = lines_of(c, g2)
       call expect('faces between nodes have columns', &
-                  (sim%boundary%n_columns > 0) .eqv. (c%is_bspline .or. i > 3))
+                  (sim%nodes%boundary%n_columns > 0) .eqv. (c%is_bspline .or. i > 3))
       call expect('all ranks have the velocities of the owners', off_owners(sim, g2) <= 0.0_rp)
       call check_held(c, sim, one, two)
       call check_budget(c, sim, one, two)

@@ -194,7 +194,7 @@ contains
 
     allocate (g(width, patch%nn))
     call fill(world%rank, patch, width, g)
-    call exchange%sum(world, width, patch%nn, g)
+    call exchange%sum(width, patch%nn, g)
     equal = .true.
     untouched = .true.
     do i = patch%all%lo(1), patch%all%hi(1)
@@ -234,17 +234,17 @@ contains
     call fill(world%rank, patch, 3, more)
     g_alone = g
     more_alone = more
-    call exchange%sum(world, 8, patch%nn, g_alone)
-    call exchange%sum(world, 3, patch%nn, more_alone)
+    call exchange%sum(8, patch%nn, g_alone)
+    call exchange%sum(3, patch%nn, more_alone)
     allocate (is_shared(patch%nn), source=.false.)
     is_shared(exchange%shared) = .true.
     messages = exchange%messages
-    call exchange%post(world, 8, patch%nn, g, more)
+    call exchange%post(8, patch%nn, g, more)
     do q = 1, patch%nn
       if (.not. is_shared(q)) g(:, q) = g(:, q) + 1.0_rp
       call exchange%progress_messages()
     end do
-    call exchange%finish(world, 8, patch%nn, g, more)
+    call exchange%finish(8, patch%nn, g, more)
     do q = 1, patch%nn
       if (.not. is_shared(q)) g_alone(:, q) = g_alone(:, q) + 1.0_rp
     end do

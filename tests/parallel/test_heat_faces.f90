@@ -176,9 +176,9 @@ contains
       call row%add('plastic_work', 'J', 0.0_rp)
       call row%add('temperature_min', 'K', low(k))
       call row%add('temperature_max', 'K', high(k))
-      sim%step%is_broken = .false.
+      sim%clock%now%is_broken = .false.
       call guards%check(sim, row, 0.0_rp)
-      call expect('range of temperatures', sim%step%is_broken .eqv. k > 2)
+      call expect('range of temperatures', sim%clock%now%is_broken .eqv. k > 2)
     end do
     call free_simulation(sim)
   end subroutine test_range

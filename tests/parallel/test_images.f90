@@ -149,7 +149,7 @@ contains
 
     allocate (g(width, patch%nn))
     call fill(world%rank, patch, width, g)
-    call exchange%sum(world, width, patch%nn, g)
+    call exchange%sum(width, patch%nn, g)
     equal = .true.
     untouched = .true.
     closed = .true.

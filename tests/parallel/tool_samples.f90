@@ -71,7 +71,7 @@ contains
 
     sim%clock%dt = touch_dt
     sim%clock%max_speed = speed
-    sim%step%is_near = .true.
+    sim%clock%now%is_near = .true.
     call resolve_contact(sim, touch_dt, sim%nodes%g, outcome)
   end subroutine touch
 
