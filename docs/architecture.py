@@ -19,16 +19,12 @@ import call_graph
 MANY_ARGUMENTS = 9           # of a procedure, above which it is counted
 # Files of them with procedures that take the whole simulation: a list that only shrinks. All others take parts of it.
 MAY_CARRY = {
-    "boundary": "clamp_list clamps",
-    "contact": "tool_impulses tool_particles tool_walls",
     "front": "estimate prepare report",
     "heat": "conduction exchange gaps nodes nodes_implicit",
     "hooks": "source",
-    "mpm": "constitutive sweeps tractions",
     "output": "checkpoint diagnostics error_norms guards history progress totals warnings writer",
     "run": "balance debris loop mass_scaling regrid restart",
     "simulation": "parts",
-    "sleep": "criteria held_layer",
     "step": "acceptance advance constraints drives filter motion room schedule to_grid",
 }
 MOST_PARTS = 3               # parts of the simulation that a procedure of these layers takes instead

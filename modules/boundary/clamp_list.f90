@@ -7,7 +7,6 @@ module boundary_clamp_list
   use grid_geometry, only: wrap
   use simulation_boundary, only: column_nodes_t, column_t
   use simulation_nodes, only: append, nodes_t
-  use simulation_parts, only: simulation_t
   use simulation_run, only: clock_t
   use simulation_scene, only: scene_t
   implicit none (type, external)
@@ -18,35 +17,39 @@ module boundary_clamp_list
 contains
 
   !> Collective. List the held nodes in use, without those behind a mirror.
-  subroutine list_clamps(sim)
-    type(simulation_t), intent(inout) :: sim
+  subroutine list_clamps(scene, clock, nodes)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(inout) :: nodes
     integer :: a, c, q, r
 
-    if (allocated(sim%nodes%boundary%is_held)) deallocate (sim%nodes%boundary%is_held)
-    allocate (sim%nodes%boundary%is_held(sim%nodes%patch%nn), source=.false.)
-    sim%nodes%boundary%is_held(sim%nodes%boundary%mirrors%pair(1, :)) = .true.
-    if (.not. allocated(sim%nodes%boundary%fixed)) allocate (sim%nodes%boundary%fixed(3, 64), &
-                                                       sim%nodes%boundary%column(64))
-    if (allocated(sim%nodes%boundary%listed_node)) deallocate (sim%nodes%boundary%listed_node, &
-                                                         sim%nodes%boundary%listed_column)
-    sim%nodes%boundary%n_fixed = 0
-    sim%nodes%boundary%n_columns = 0
-    sim%nodes%boundary%in_front%is_cut = .false.   ! of the last lists; set by list_nodes_in_front
-    do r = 1, sim%nodes%n_ranges
-      do q = sim%nodes%range(1, r), sim%nodes%range(2, r)
-        if (sim%nodes%boundary%is_held(q)) cycle   ! behind a mirror
-        do c = 1, size(sim%scene%clamp)
-          call list_node(sim, c, q)
+    if (allocated(nodes%boundary%is_held)) deallocate (nodes%boundary%is_held)
+    allocate (nodes%boundary%is_held(nodes%patch%nn), source=.false.)
+    nodes%boundary%is_held(nodes%boundary%mirrors%pair(1, :)) = .true.
+    if (.not. allocated(nodes%boundary%fixed)) then
+      allocate (nodes%boundary%fixed(3, 64), nodes%boundary%column(64))
+    end if
+    if (allocated(nodes%boundary%listed_node)) then
+      deallocate (nodes%boundary%listed_node, nodes%boundary%listed_column)
+    end if
+    nodes%boundary%n_fixed = 0
+    nodes%boundary%n_columns = 0
+    nodes%boundary%in_front%is_cut = .false.   ! of the last lists; set by list_nodes_in_front
+    do r = 1, nodes%n_ranges
+      do q = nodes%range(1, r), nodes%range(2, r)
+        if (nodes%boundary%is_held(q)) cycle   ! behind a mirror
+        do c = 1, size(scene%clamp)
+          call list_node(scene, clock, nodes, c, q)
         end do
       end do
     end do
-    sim%nodes%boundary%is_held(sim%nodes%boundary%fixed(1, 1:sim%nodes%boundary%n_fixed)) = .true.
+    nodes%boundary%is_held(nodes%boundary%fixed(1, 1:nodes%boundary%n_fixed)) = .true.
     do a = 1, 3
-      sim%nodes%boundary%along(a)%is_cut = .false.
-      associate (column => sim%nodes%boundary%column(1:sim%nodes%boundary%n_columns))
-        if (sim%world%all_true(all(column%axis /= a))) cycle
+      nodes%boundary%along(a)%is_cut = .false.
+      associate (column => nodes%boundary%column(1:nodes%boundary%n_columns))
+        if (nodes%halo%world%all_true(all(column%axis /= a))) cycle
       end associate
-      call list_column_nodes(sim%nodes, a)
+      call list_column_nodes(nodes, a)
     end do
   end subroutine list_clamps
 
@@ -76,22 +79,23 @@ contains
 
   !> Collective. List the nodes used in steps in front of those on walls with friction, which
   !> changes the velocities of both: a rank may use the former and not the latter.
-  subroutine list_nodes_in_front(sim)
-    type(simulation_t), intent(inout) :: sim
+  subroutine list_nodes_in_front(scene, nodes)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(inout) :: nodes
     real(rp), allocatable :: columns(:, :)   ! as in list_column_nodes
-    logical :: used(sim%nodes%patch%nn)
+    logical :: used(nodes%patch%nn)
     integer :: c, lane, on(3), q, r
 
-    if (all(sim%scene%symmetry%friction_coefficient <= 0.0_rp)) return
-    allocate (columns(8, sim%nodes%patch%nn), source=0.0_rp)
+    if (all(scene%symmetry%friction_coefficient <= 0.0_rp)) return
+    allocate (columns(8, nodes%patch%nn), source=0.0_rp)
     used = .false.
-    do r = 1, sim%nodes%n_ranges
-      used(sim%nodes%range(1, r):sim%nodes%range(2, r)) = .true.
+    do r = 1, nodes%n_ranges
+      used(nodes%range(1, r):nodes%range(2, r)) = .true.
     end do
     do q = 1, size(used)
       if (.not. used(q)) cycle
-      do c = 1, size(sim%scene%symmetry)
-        associate (wall => sim%scene%symmetry(c), patch => sim%nodes%patch)
+      do c = 1, size(scene%symmetry)
+        associate (wall => scene%symmetry(c), patch => nodes%patch)
           if (wall%friction_coefficient <= 0.0_rp) cycle
           on = patch%indices(q)
           if (on(wall%axis) /= wall%row + merge(1, -1, wall%faces_up)) cycle
@@ -102,7 +106,7 @@ contains
         end associate
       end do
     end do
-    call share_columns(sim%nodes, columns, sim%nodes%boundary%in_front)
+    call share_columns(nodes, columns, nodes%boundary%in_front)
   end subroutine list_nodes_in_front
 
   !> Collective. List the nodes of `columns` (list_column_nodes) of all ranks.
@@ -121,73 +125,76 @@ contains
   end subroutine share_columns
 
   !> List node `q` if clamp `c` holds it, and the columns through it.
-  subroutine list_node(sim, c, q)
-    type(simulation_t), intent(inout) :: sim
+  subroutine list_node(scene, clock, nodes, c, q)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(inout) :: nodes
     integer, intent(in) :: c, q
     real(rp) :: x(3)
     integer :: a, side
 
-    x = sim%nodes%patch%position(q)
-    call wrap(sim%scene%grid, x)
-    if (is_fixed(sim%scene, sim%clock, sim%nodes, x) .and. &
-        box_has(sim%scene, sim%clock, sim%nodes, c, x)) then
-      call append(sim%nodes%boundary%fixed, sim%nodes%boundary%n_fixed, &
-                  [q, c, merge(1, 0, is_owned(sim%scene, sim%nodes, q))])
+    x = nodes%patch%position(q)
+    call wrap(scene%grid, x)
+    if (is_fixed(scene, clock, nodes, x) .and. box_has(scene, clock%time, nodes, c, x)) then
+      call append(nodes%boundary%fixed, nodes%boundary%n_fixed, &
+                  [q, c, merge(1, 0, is_owned(scene, nodes, q))])
     end if
     do a = 1, 3
       do side = -1, 1, 2
-        call list_column(sim, c, q, x, a, side)
+        call list_column(scene, clock, nodes, c, q, x, a, side)
       end do
     end do
   end subroutine list_node
 
   !> List the column across a face if `q` at `x` is the node nearest to the face.
-  subroutine list_column(sim, c, q, x, a, side)
-    type(simulation_t), intent(inout) :: sim
+  subroutine list_column(scene, clock, nodes, c, q, x, a, side)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(inout) :: nodes
     integer, intent(in) :: c, q, a, side
     real(rp), intent(in) :: x(3)
     type(column_t) :: column
     real(rp) :: face, other(3), parts(3), t, y(3)
     integer :: ijk(3), k, step
 
-    associate (clamp => sim%scene%clamp(c)%clamp, patch => sim%nodes%patch)
+    associate (clamp => scene%clamp(c)%clamp, patch => nodes%patch)
       face = merge(clamp%upper(a), clamp%lower(a), side > 0)
       if (abs(face) >= 0.5_rp*huge(1.0_rp)) return
-      y = image(sim%nodes, x, a, face)
-      ijk = sim%nodes%patch%indices(q)
-      t = cells_between(sim%nodes, a, y(a), face)
+      y = image(nodes, x, a, face)
+      ijk = nodes%patch%indices(q)
+      t = cells_between(nodes, a, y(a), face)
       if (t <= -0.5_rp .or. t > 0.5_rp) return
-      if (abs(t) <= slack .and. .not. sim%scene%method%is_bspline) return   ! face on a row of nodes
+      if (abs(t) <= slack .and. .not. scene%method%is_bspline) return   ! face on a row of nodes
       y(a) = face
-      if (.not. box_has(sim%scene, sim%clock, sim%nodes, c, y)) return
+      if (.not. box_has(scene, clock%time, nodes, c, y)) return
       column%clamp = c
       column%axis = a
-      column%weight = weights_at(sim%scene, t)
+      column%weight = weights_at(scene, t)
       parts = 0.5_rp
       if (patch%grading(a)%is_graded) then
         column%weight = patch%grading(a)%weights(ijk(a), t)
         parts([1, 3]) = patch%grading(a)%span(3:4, ijk(a))
       end if
-      column%tail = tails(sim%scene, parts, column%weight)
+      column%tail = tails(scene, parts, column%weight)
       do k = 1, 3
         step = k - 2
         if (column%weight(k) <= 0.0_rp) cycle
         other = x
         other(a) = x(a) + patch%h(a)*step
         if (patch%grading(a)%is_graded) other(a) = patch%grading(a)%middle(ijk(a) + step)
-        call wrap(sim%scene%grid, other)
-        if (is_fixed(sim%scene, sim%clock, sim%nodes, other)) return
-        if (step*side > 0 .and. inside_any(sim%scene, sim%clock, sim%nodes, other, c)) return
+        call wrap(scene%grid, other)
+        if (is_fixed(scene, clock, nodes, other)) return
+        if (step*side > 0 .and. inside_any(scene, clock, nodes, other, c)) return
         if (ijk(a) + step < patch%all%lo(a) .or. ijk(a) + step > patch%all%hi(a)) cycle
         column%node(k) = q + step*patch%stride(a)
-        column%is_owned(k) = is_owned(sim%scene, sim%nodes, column%node(k))
+        column%is_owned(k) = is_owned(scene, nodes, column%node(k))
       end do
     end associate
     column%is_whole = all(column%node > 0 .or. column%weight <= 0.0_rp)
-    associate (list => sim%nodes%boundary%column, n => sim%nodes%boundary%n_columns)
-      if (n == size(list)) sim%nodes%boundary%column = [list, list]
+    associate (list => nodes%boundary%column, n => nodes%boundary%n_columns)
+      if (n == size(list)) nodes%boundary%column = [list, list]
       n = n + 1
-      sim%nodes%boundary%column(n) = column
+      nodes%boundary%column(n) = column
     end associate
   end subroutine list_column
 
@@ -231,7 +238,7 @@ contains
     n_faces = 0
     do c = 1, size(scene%clamp)
       associate (clamp => scene%clamp(c)%clamp)
-        if (.not. box_has(scene, clock, nodes, c, x)) cycle
+        if (.not. box_has(scene, clock%time, nodes, c, x)) cycle
         n_boxes = n_boxes + 1
         n_faces = n_faces + count(near_face(scene, nodes, clamp%upper, x)) &
           + count(near_face(scene, nodes, clamp%lower, x))
@@ -301,7 +308,7 @@ contains
     inside_any = .false.
     do c = 1, size(scene%clamp)
       if (c == but) cycle
-      inside_any = inside_any .or. box_has(scene, clock, nodes, c, x)
+      inside_any = inside_any .or. box_has(scene, clock%time, nodes, c, x)
     end do
   end function inside_any
 

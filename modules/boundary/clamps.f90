@@ -21,8 +21,7 @@ module boundary_clamps
   use grid_geometry, only: length_along, wrap
   use simulation_boundary, only: column_nodes_t, column_t
   use simulation_nodes, only: min_node_inertia, min_node_mass, nodes_t
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: budget_t, clock_t, e_wall
+  use simulation_run, only: clock_t
   use simulation_scene, only: scene_t
   use tools_tool, only: tool_t
   implicit none (type, external)
@@ -38,40 +37,47 @@ module boundary_clamps
 contains
 
   !> Collective. Apply friction on walls, then set the held nodes of walls and clamps to their
-  !> velocity, times `fraction`; record impulse and work.
-  subroutine hold_walls(sim, fraction, g)
-    type(simulation_t), intent(inout) :: sim
+  !> velocity, times `fraction`; add what walls and clamps exert.
+  subroutine hold_walls(scene, clock, nodes, fraction, g, impulses, wall_work)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(inout) :: nodes
     real(rp), intent(in) :: fraction                 !! 1, or 0 for clamps at rest
-    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
+    real(rp), intent(inout) :: impulses(:, :)        !! of each condition [N s]
+    real(rp), intent(inout) :: wall_work             !! [J]
     integer, parameter :: velocities(6) = [1, 2, 3, 5, 6, 7]
     integer :: axis, k
 
-    do k = 1, sim%nodes%n_groups
-      if (sim%scene%is_rigid_group(k)) cycle
-      call apply_wall_friction(sim, g(:, :, k))
-      call copy_columns(sim%nodes, sim%nodes%boundary%in_front, velocities, g(:, :, k))
+    do k = 1, nodes%n_groups
+      if (scene%is_rigid_group(k)) cycle
+      call apply_wall_friction(scene, clock, nodes, g(:, :, k), impulses, wall_work)
+      call copy_columns(nodes, nodes%boundary%in_front, velocities, g(:, :, k))
       do axis = 1, 3
-        call hold_columns(sim, axis, fraction, g(:, :, k))
-        call copy_columns(sim%nodes, sim%nodes%boundary%along(axis), velocities, g(:, :, k))
+        call hold_columns(scene, clock, nodes, axis, fraction, g(:, :, k), impulses, wall_work)
+        call copy_columns(nodes, nodes%boundary%along(axis), velocities, g(:, :, k))
       end do
-      call hold_nodes(sim, fraction, g(:, :, k))
+      call hold_nodes(scene, clock, nodes, fraction, g(:, :, k), impulses, wall_work)
     end do
   end subroutine hold_walls
 
   !> Stop the metal on walls with friction, and record the impulse and the work of friction. Held
   !> nodes and mirrored velocities are set afterwards.
-  subroutine apply_wall_friction(sim, g)
-    type(simulation_t), intent(inout) :: sim
-    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)   !! velocity records
-    real(rp) :: pressing(sim%nodes%boundary%mirrors%n_planes)   !! impulse into the wall [N s]
+  subroutine apply_wall_friction(scene, clock, nodes, g, impulses, wall_work)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(in) :: nodes
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)   !! velocity records
+    real(rp), intent(inout) :: impulses(:, :), wall_work   !! [N s] of each condition, [J]
+    real(rp) :: pressing(nodes%boundary%mirrors%n_planes)   !! impulse into the wall [N s]
     real(rp) :: least
     integer :: axis, i, lane
 
-    if (all(sim%scene%symmetry%friction_coefficient <= 0.0_rp)) return
-    least = min_node_inertia(sim%scene, sim%clock)
-    associate (plane => sim%nodes%boundary%mirrors%plane)
+    if (all(scene%symmetry%friction_coefficient <= 0.0_rp)) return
+    least = min_node_inertia(scene, clock)
+    associate (plane => nodes%boundary%mirrors%plane)
       do i = 1, size(pressing)
-        associate (wall => sim%scene%symmetry(plane(2, i)), q => plane(1, i))
+        associate (wall => scene%symmetry(plane(2, i)), q => plane(1, i))
           if (wall%friction_coefficient <= 0.0_rp) cycle
           lane = wall%axis
           pressing(i) = merge(-1.0_rp, 1.0_rp, wall%faces_up)*max(g(8, q), least)*g(4 + lane, q)
@@ -80,10 +86,11 @@ contains
       end do
       do axis = 1, 3                            ! the same order on all ranks
         do i = 1, size(pressing)
-          associate (wall => sim%scene%symmetry(plane(2, i)))
+          associate (wall => scene%symmetry(plane(2, i)))
             if (wall%axis == axis .and. wall%friction_coefficient > 0.0_rp) then
-              call stop_node(sim%scene, sim%nodes, sim%budget, plane(2, i), plane(1, i), &
-                             wall%friction_coefficient*pressing(i), least, g)
+              call stop_node(scene, nodes, plane(2, i), plane(1, i), &
+                             wall%friction_coefficient*pressing(i), least, g, impulses, &
+                             wall_work)
             end if
           end associate
         end do
@@ -92,14 +99,14 @@ contains
   end subroutine apply_wall_friction
 
   !> Friction on wall `c` at its node `on`, by an impulse of at most `limit`.
-  subroutine stop_node(scene, nodes, budget, c, on, limit, least, g)
+  subroutine stop_node(scene, nodes, c, on, limit, least, g, impulses, wall_work)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
-    type(budget_t), intent(inout) :: budget
     integer, intent(in) :: c, on
     real(rp), intent(in) :: limit  !! largest impulse [N s]
     real(rp), intent(in) :: least  !! smallest nodal inertia [kg]
     real(rp), intent(inout) :: g(8, nodes%patch%nn)
+    real(rp), intent(inout) :: impulses(:, :), wall_work   !! [N s] of each condition, [J]
     real(rp) :: change(3), impulse(3), inertia(2), spans(3), v(3), w(2), work
     integer :: ijk(3), k, node(2), step
 
@@ -132,34 +139,36 @@ contains
         g(5:7, node(k)) = g(5:7, node(k)) + change
       end do
       if (.not. patch%own%has(ijk)) return
-      budget%impulse(:, wall%place) = budget%impulse(:, wall%place) + impulse
-      budget%sums(e_wall) = budget%sums(e_wall) + work
+      impulses(:, wall%place) = impulses(:, wall%place) + impulse
+      wall_work = wall_work + work
     end associate
   end subroutine stop_node
 
   !> Hold the nodes inside the boxes.
-  subroutine hold_nodes(sim, fraction, g)
-    type(simulation_t), intent(inout) :: sim
+  subroutine hold_nodes(scene, clock, nodes, fraction, g, impulses, wall_work)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(in) :: nodes
     real(rp), intent(in) :: fraction
-    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)
+    real(rp), intent(inout) :: impulses(:, :), wall_work   !! [N s] of each condition, [J]
     real(rp) :: value, before, impulse, least, v(3)
     integer :: a, i, q
 
-    least = min_node_inertia(sim%scene, sim%clock)
-    do i = 1, sim%nodes%boundary%n_fixed
-      q = sim%nodes%boundary%fixed(1, i)
-      associate (clamp => sim%scene%clamp(sim%nodes%boundary%fixed(2, i))%clamp)
+    least = min_node_inertia(scene, clock)
+    do i = 1, nodes%boundary%n_fixed
+      q = nodes%boundary%fixed(1, i)
+      associate (clamp => scene%clamp(nodes%boundary%fixed(2, i))%clamp)
         v = clamp%velocity
-        if (.not. clamp%is_uniform) v = clamp%velocity_at(sim%nodes%patch%position(q), &
-                                                          sim%clock%time)
+        if (.not. clamp%is_uniform) v = clamp%velocity_at(nodes%patch%position(q), clock%time)
         do a = 1, 3
           if (.not. clamp%held(a)) cycle
           value = fraction*v(a)
           before = g(a, q) - g(4 + a, q)
-          if (sim%nodes%boundary%fixed(3, i) == 1 .and. g(8, q) > min_node_mass) then
+          if (nodes%boundary%fixed(3, i) == 1 .and. g(8, q) > min_node_mass) then
             impulse = max(g(8, q), least)*(value - g(a, q))
-            sim%budget%impulse(a, clamp%place) = sim%budget%impulse(a, clamp%place) + impulse
-            sim%budget%sums(e_wall) = sim%budget%sums(e_wall) + impulse*0.5_rp*(before + value)
+            impulses(a, clamp%place) = impulses(a, clamp%place) + impulse
+            wall_work = wall_work + impulse*0.5_rp*(before + value)
           end if
           g(a, q) = value
           g(4 + a, q) = value - before
@@ -169,26 +178,29 @@ contains
   end subroutine hold_nodes
 
   !> Hold the velocities at the faces of the columns along one axis.
-  subroutine hold_columns(sim, axis, fraction, g)
-    type(simulation_t), intent(inout) :: sim
+  subroutine hold_columns(scene, clock, nodes, axis, fraction, g, impulses, wall_work)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: axis
     real(rp), intent(in) :: fraction
-    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)
+    real(rp), intent(inout) :: impulses(:, :), wall_work   !! [N s] of each condition, [J]
     real(rp) :: impulse, jump(3), least, v(3)
     integer :: a, i, k, q
 
-    least = min_node_inertia(sim%scene, sim%clock)
-    do i = 1, sim%nodes%boundary%n_columns
-      associate (column => sim%nodes%boundary%column(i), &
-                 clamp => sim%scene%clamp(sim%nodes%boundary%column(i)%clamp)%clamp)
+    least = min_node_inertia(scene, clock)
+    do i = 1, nodes%boundary%n_columns
+      associate (column => nodes%boundary%column(i), &
+                 clamp => scene%clamp(nodes%boundary%column(i)%clamp)%clamp)
         if (column%axis /= axis .or. .not. column%is_whole) cycle
         v = clamp%velocity
         if (.not. clamp%is_uniform) then
-          v = clamp%velocity_at(sim%nodes%patch%position(column%node(2)), sim%clock%time)
+          v = clamp%velocity_at(nodes%patch%position(column%node(2)), clock%time)
         end if
         do a = 1, 3
           if (.not. clamp%held(a)) cycle
-          jump = jumps(column, fraction*v(a), a, least, sim%nodes%patch%nn, g, g)
+          jump = jumps(column, fraction*v(a), a, least, nodes%patch%nn, g, g)
           do k = 1, 3
             if (column%node(k) == 0) cycle
             q = column%node(k)
@@ -196,9 +208,8 @@ contains
             g(4 + a, q) = g(4 + a, q) + jump(k)
             if (.not. column%is_owned(k)) cycle
             impulse = max(g(8, q), least)*jump(k)
-            sim%budget%impulse(a, clamp%place) = sim%budget%impulse(a, clamp%place) + impulse
-            sim%budget%sums(e_wall) = sim%budget%sums(e_wall) &
-              + impulse*(g(a, q) - 0.5_rp*g(4 + a, q))
+            impulses(a, clamp%place) = impulses(a, clamp%place) + impulse
+            wall_work = wall_work + impulse*(g(a, q) - 0.5_rp*g(4 + a, q))
           end do
         end do
       end associate
@@ -262,22 +273,23 @@ contains
 
   !> Collective. Set the held components of the velocities in lanes 5:7 of `increment` to zero; `g`
   !> holds the masses.
-  subroutine release_held(sim, g, increment)
-    type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
-    real(rp), intent(inout) :: increment(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+  subroutine release_held(scene, nodes, g, increment)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(inout) :: nodes
+    real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
+    real(rp), intent(inout) :: increment(8, nodes%patch%nn, nodes%n_groups)
     real(rp) :: jump(3)
     integer :: a, axis, i, j, k, q
 
-    do k = 1, sim%nodes%n_groups
+    do k = 1, nodes%n_groups
       do axis = 1, 3
-        do i = 1, sim%nodes%boundary%n_columns
-          associate (column => sim%nodes%boundary%column(i), &
-                     clamp => sim%scene%clamp(sim%nodes%boundary%column(i)%clamp)%clamp)
+        do i = 1, nodes%boundary%n_columns
+          associate (column => nodes%boundary%column(i), &
+                     clamp => scene%clamp(nodes%boundary%column(i)%clamp)%clamp)
             if (column%axis /= axis .or. .not. column%is_whole) cycle
             do a = 1, 3
               if (.not. clamp%held(a)) cycle
-              jump = jumps(column, 0.0_rp, 4 + a, 0.0_rp, sim%nodes%patch%nn, g(:, :, k), &
+              jump = jumps(column, 0.0_rp, 4 + a, 0.0_rp, nodes%patch%nn, g(:, :, k), &
                            increment(:, :, k))
               do j = 1, 3
                 q = column%node(j)
@@ -286,12 +298,11 @@ contains
             end do
           end associate
         end do
-        call copy_columns(sim%nodes, sim%nodes%boundary%along(axis), [5, 6, 7], &
-                          increment(:, :, k))
+        call copy_columns(nodes, nodes%boundary%along(axis), [5, 6, 7], increment(:, :, k))
       end do
-      do i = 1, sim%nodes%boundary%n_fixed
-        associate (v => increment(5:7, sim%nodes%boundary%fixed(1, i), k))
-          where (sim%scene%clamp(sim%nodes%boundary%fixed(2, i))%clamp%held) v = 0.0_rp
+      do i = 1, nodes%boundary%n_fixed
+        associate (v => increment(5:7, nodes%boundary%fixed(1, i), k))
+          where (scene%clamp(nodes%boundary%fixed(2, i))%clamp%held) v = 0.0_rp
         end associate
       end do
     end do
@@ -299,19 +310,22 @@ contains
 
   !> Remove the nodes and columns near tools, at the tool positions at the beginning of a step, from
   !> the lists of held ones.
-  subroutine release_near_tools(sim)
-    type(simulation_t), intent(inout) :: sim
-    logical :: meets(size(sim%tool), size(sim%scene%clamp))
+  subroutine release_near_tools(scene, time, nodes, tools)
+    type(scene_t), intent(in) :: scene
+    real(rp), intent(in) :: time                     !! [s]
+    type(nodes_t), intent(inout) :: nodes
+    type(tool_t), intent(in) :: tools(:)
+    logical :: meets(size(tools), size(scene%clamp))
     integer, allocatable :: kept(:)
     integer :: c, i, k
 
-    do c = 1, size(sim%scene%clamp)
-      do k = 1, size(sim%tool)
-        meets(k, c) = enters_box(sim%scene, sim%tool, k, c)
+    do c = 1, size(scene%clamp)
+      do k = 1, size(tools)
+        meets(k, c) = enters_box(scene, tools, k, c)
       end do
     end do
-    if (.not. any(meets) .and. .not. allocated(sim%nodes%boundary%listed_node)) return
-    associate (now => sim%nodes%boundary)
+    if (.not. any(meets) .and. .not. allocated(nodes%boundary%listed_node)) return
+    associate (now => nodes%boundary)
       if (.not. allocated(now%listed_node)) then
         now%listed_node = now%fixed(:, :now%n_fixed)
         now%listed_column = now%column(:now%n_columns)
@@ -339,14 +353,14 @@ contains
 
       holds = .true.
       if (.not. any(meets(:, c))) return
-      x = sim%nodes%patch%position(q)
-      call wrap(sim%scene%grid, x)
-      do k = 1, size(sim%tool)
+      x = nodes%patch%position(q)
+      call wrap(scene%grid, x)
+      do k = 1, size(tools)
         if (.not. meets(k, c)) cycle
-        call sim%tool(k)%distance(x, d, n)
-        if (d >= length_along(sim%nodes%patch%edges_at(x), n)) cycle
-        if (.not. sim%scene%clamp(c)%clamp%held(maxloc(abs(n), dim=1))) cycle
-        if (d <= 0.0_rp .or. box_has(sim%scene, sim%clock, sim%nodes, c, x - d*n)) holds = .false.
+        call tools(k)%distance(x, d, n)
+        if (d >= length_along(nodes%patch%edges_at(x), n)) cycle
+        if (.not. scene%clamp(c)%clamp%held(maxloc(abs(n), dim=1))) cycle
+        if (d <= 0.0_rp .or. box_has(scene, time, nodes, c, x - d*n)) holds = .false.
       end do
     end function holds
   end subroutine release_near_tools
@@ -369,9 +383,9 @@ contains
   end function enters_box
 
   !> True if `x` or one of its nearest images is inside the box of clamp `c`, which is not released.
-  pure logical function box_has(scene, clock, nodes, c, x)
+  pure logical function box_has(scene, time, nodes, c, x)
     type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
+    real(rp), intent(in) :: time             !! [s]
     type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: c
     real(rp), intent(in) :: x(3)             !! position of the point [m]
@@ -380,7 +394,7 @@ contains
     integer :: turn
 
     box_has = .false.
-    if (clock%time >= scene%clamp(c)%clamp%until) return
+    if (time >= scene%clamp(c)%clamp%until) return
     inside = .false.
     associate (patch => nodes%patch, clamp => scene%clamp(c)%clamp)
       do turn = -1, 1

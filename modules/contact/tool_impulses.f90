@@ -36,8 +36,9 @@ module contact_tool_impulses
   use contact_tool_particles, only: find_contact_particles, relaxation_time, update_surface_offset
   use contact_tool_walls, only: record_wall_impulse, mark_held, reflect_masses, reflect_values, &
                                 restore_masses, restore_fractions, find_separate_sides
+  use particles_store, only: particles_t
   use simulation_nodes, only: min_node_inertia, min_node_mass, nodes_t
-  use simulation_parts, only: simulation_t
+  use simulation_run, only: budget_t, clock_t
   use simulation_scene, only: scene_t
   use simulation_tool_lists, only: add_values, impulse_of, load_return, m_last_impulse, m_pushed, &
                                    m_touching, n_both, n_masses, n_values, tool_contact_t, &
@@ -59,50 +60,63 @@ contains
 
   !> Find the particles of `group` that touch tool `k` in this step, and their masses at the nodes
   !> of this rank, to be summed over the ranks.
-  subroutine find_contact(sim, k, group, dt, g)
-    type(simulation_t), intent(inout) :: sim
+  subroutine find_contact(scene, clock, tools, particles, nodes, contact, k, group, dt, g)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(tool_t), intent(in) :: tools(:)
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(in) :: nodes
+    type(tool_contact_t), intent(inout) :: contact
     integer, intent(in) :: k, group
     real(rp), intent(in) :: dt                    !! time step [s]
-    real(rp), intent(in) :: g(8, sim%nodes%patch%nn)   !! velocity records of the group
+    real(rp), intent(in) :: g(8, nodes%patch%nn)   !! velocity records of the group
 
-    call find_separate_sides(sim%scene, sim%contact, sim%tool(k)%mean_motion(sim%clock%time, dt))
-    call list_nodes(sim%scene, sim%nodes, sim%contact, sim%tool(k), g)
-    call mark_held(sim%scene, sim%nodes, sim%contact)
-    call find_contact_particles(sim, k, group, dt, g)
-    call add_masses(sim%nodes, sim%contact)
-    call reflect_masses(sim%scene, sim%contact)
+    call find_separate_sides(scene, contact, tools(k)%mean_motion(clock%time, dt))
+    call list_nodes(scene, nodes, contact, tools(k), g)
+    call mark_held(scene, nodes, contact)
+    call find_contact_particles(scene, clock, tools, particles, nodes, contact, k, group, dt, g)
+    call add_masses(nodes, contact)
+    call reflect_masses(scene, contact)
   end subroutine find_contact
 
   !> Compute the impulses of tool `k` at the nodes of this rank, to be summed over the ranks.
-  subroutine find_impulses(sim, k, dt, g)
-    type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: k
+  subroutine find_impulses(scene, clock, nodes, contact, tool, dt, g)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(in) :: nodes
+    type(tool_contact_t), intent(inout) :: contact
+    type(tool_t), intent(in) :: tool
     real(rp), intent(in) :: dt                 !! time step [s]
-    real(rp), intent(in) :: g(8, sim%nodes%patch%nn)
+    real(rp), intent(in) :: g(8, nodes%patch%nn)
 
-    call restore_masses(sim%scene, sim%contact)
-    call add_impulses(sim, sim%tool(k), dt, g)
-    sim%contact%local_values = sim%contact%values(:n_values, :)
-    call reflect_values(sim%scene, sim%contact)
+    call restore_masses(scene, contact)
+    call add_impulses(scene, clock, nodes, contact, tool, dt, g)
+    contact%local_values = contact%values(:n_values, :)
+    call reflect_values(scene, contact)
   end subroutine find_impulses
 
   !> Apply the impulses of tool `k`: nodal velocities, sums of the tool, and friction heat to the
   !> particles.
-  subroutine apply_impulses(sim, k, dt, g)
-    type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: k
+  subroutine apply_impulses(scene, clock, particles, nodes, contact, budget, tool, dt, g)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(particles_t), intent(inout) :: particles
+    type(nodes_t), intent(in) :: nodes
+    type(tool_contact_t), intent(inout) :: contact
+    type(budget_t), intent(inout) :: budget
+    type(tool_t), intent(inout) :: tool
     real(rp), intent(in) :: dt                 !! time step [s]
-    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)
     type(rigid_t) :: rigid
 
-    call push_nodes(sim, sim%tool(k)%friction_law, g)
-    call restore(sim%scene, sim%nodes, r_velocity, g)
-    call update_surface_offset(sim, dt, g)
-    call store_contact_history(sim, sim%tool(k)%friction_law, dt)
-    call strain_surface(sim%scene, sim%particles, sim%contact, dt)
-    rigid = sim%tool(k)%mean_motion(sim%clock%time, dt)
-    call record_tool_load(sim%nodes, sim%contact, rigid, sim%tool(k), g)
-    call give_heat(sim%scene, sim%particles, sim%contact, rigid, dt, sim%tool(k))
+    call push_nodes(scene, clock, nodes, contact, budget, tool%friction_law, g)
+    call restore(scene, nodes, r_velocity, g)
+    call update_surface_offset(scene, particles, nodes, contact, dt, g)
+    call store_contact_history(scene, clock, particles, contact, tool%friction_law, dt)
+    call strain_surface(scene, particles, contact, dt)
+    rigid = tool%mean_motion(clock%time, dt)
+    call record_tool_load(nodes, contact, rigid, tool, g)
+    call give_heat(scene, particles, contact, rigid, dt, tool)
   end subroutine apply_impulses
 
   !> List the nodes with mass near the tool, or in the bounding box of a finite one: the same on all
@@ -201,74 +215,79 @@ contains
   end subroutine add_masses
 
   !> Sum the impulses of the particles in contact at the nodes.
-  subroutine add_impulses(sim, tool, dt, g)
-    type(simulation_t), intent(inout) :: sim
+  subroutine add_impulses(scene, clock, nodes, contact, tool, dt, g)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(in) :: nodes
+    type(tool_contact_t), intent(inout) :: contact
     type(tool_t), intent(in) :: tool
-    real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
+    real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
     real(rp) :: counted, kept, lasting, least, push, returned, s(5), slip(3), values(n_values)
     integer :: e, p
 
-    least = min_node_inertia(sim%scene, sim%clock)
-    associate (contact => sim%contact)
-      do e = 1, contact%n_nodes
-        contact%mass(:, e) = contact%mass(:, e)/max(least, g(8, contact%node(e)))
-      end do
-      do p = 1, contact%n
-        associate (t => contact%particle(p))
-          s = load_return(t%entry, t%weight, t%normal, contact%n_nodes, contact%free_direction, &
-                          contact%mass)
-          s(:2) = max(min_load_return, s(:2))
-          t%stick_impulse = 0.0_rp                            ! no friction on molten metal
-          returned = dot_product(s(3:), t%normal)
-          slip = t%slip + s(3:) - returned*t%normal
-          if (t%max_friction > molten_limit) t%stick_impulse = t%last_friction - t%mass/s(1)*slip
-          push = t%mass/s(2)
-          t%lasting_impulse = 0.0_rp
-          if (t%closing_velocity > 0.0_rp) then
-            kept = 1.0_rp
-            if (t%closing_velocity <= t%approach_velocity) then
-              kept = exp(-dt/relaxation_time(sim%clock, t))
-            end if
-            lasting = kept*(t%normal_impulse - push*returned) + push*t%approach_velocity
-            t%lasting_impulse = min(t%max_normal_impulse, max(0.0_rp, lasting))
-            t%normal_impulse = max(0.0_rp, t%normal_impulse + push*(t%closing_velocity - returned))
+    least = min_node_inertia(scene, clock)
+    do e = 1, contact%n_nodes
+      contact%mass(:, e) = contact%mass(:, e)/max(least, g(8, contact%node(e)))
+    end do
+    do p = 1, contact%n
+      associate (t => contact%particle(p))
+        s = load_return(t%entry, t%weight, t%normal, contact%n_nodes, contact%free_direction, &
+                        contact%mass)
+        s(:2) = max(min_load_return, s(:2))
+        t%stick_impulse = 0.0_rp                            ! no friction on molten metal
+        returned = dot_product(s(3:), t%normal)
+        slip = t%slip + s(3:) - returned*t%normal
+        if (t%max_friction > molten_limit) t%stick_impulse = t%last_friction - t%mass/s(1)*slip
+        push = t%mass/s(2)
+        t%lasting_impulse = 0.0_rp
+        if (t%closing_velocity > 0.0_rp) then
+          kept = 1.0_rp
+          if (t%closing_velocity <= t%approach_velocity) then
+            kept = exp(-dt/relaxation_time(clock, t))
           end if
-          t%normal_impulse = min(t%normal_impulse, t%max_normal_impulse)
-          t%normal_impulse = max(t%normal_impulse, push*t%edge_closing_velocity)
-          values(v_normal:v_normal + 2) = t%normal_impulse*t%normal
-          values(v_stick:v_stick + 2) = t%stick_impulse
-          counted = 1.0_rp
-          if (tool%friction_law%uses_mean_pressure()) then
-            kept = exp(-dt/relaxation_time(sim%clock, t))
-            counted = 1.0_rp - kept
-            t%coulomb_impulse = kept*dt*t%coulomb_impulse
-          end if
-          if (tool%friction_table%of == of_slip) then
-            call find_sliding_limits(tool, t%coulomb_impulse, counted, &
-                                     norm2(t%stick_impulse)*s(1)/t%mass, t)
-          end if
-          t%coulomb_impulse = t%coulomb_impulse + counted*t%coulomb_factor*t%normal_impulse
-          if (t%max_friction <= molten_limit) t%coulomb_impulse = 0.0_rp
-          values(v_coulomb) = t%coulomb_impulse
-          values(v_max_friction) = t%max_friction
-          values(v_transition) = t%transition
-          call add_values(t%entry, t%weight, values, contact%width, contact%n_nodes, contact%values)
-        end associate
-      end do
-    end associate
+          lasting = kept*(t%normal_impulse - push*returned) + push*t%approach_velocity
+          t%lasting_impulse = min(t%max_normal_impulse, max(0.0_rp, lasting))
+          t%normal_impulse = max(0.0_rp, t%normal_impulse + push*(t%closing_velocity - returned))
+        end if
+        t%normal_impulse = min(t%normal_impulse, t%max_normal_impulse)
+        t%normal_impulse = max(t%normal_impulse, push*t%edge_closing_velocity)
+        values(v_normal:v_normal + 2) = t%normal_impulse*t%normal
+        values(v_stick:v_stick + 2) = t%stick_impulse
+        counted = 1.0_rp
+        if (tool%friction_law%uses_mean_pressure()) then
+          kept = exp(-dt/relaxation_time(clock, t))
+          counted = 1.0_rp - kept
+          t%coulomb_impulse = kept*dt*t%coulomb_impulse
+        end if
+        if (tool%friction_table%of == of_slip) then
+          call find_sliding_limits(tool, t%coulomb_impulse, counted, &
+                                   norm2(t%stick_impulse)*s(1)/t%mass, t)
+        end if
+        t%coulomb_impulse = t%coulomb_impulse + counted*t%coulomb_factor*t%normal_impulse
+        if (t%max_friction <= molten_limit) t%coulomb_impulse = 0.0_rp
+        values(v_coulomb) = t%coulomb_impulse
+        values(v_max_friction) = t%max_friction
+        values(v_transition) = t%transition
+        call add_values(t%entry, t%weight, values, contact%width, contact%n_nodes, contact%values)
+      end associate
+    end do
   end subroutine add_impulses
 
   !> Apply the impulses to the listed nodes, as far as walls allow, and record the impulses taken by
   !> walls.
-  subroutine push_nodes(sim, law, g)
-    type(simulation_t), intent(inout) :: sim
+  subroutine push_nodes(scene, clock, nodes, contact, budget, law, g)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(in) :: nodes
+    type(tool_contact_t), intent(inout) :: contact
+    type(budget_t), intent(inout) :: budget
     type(friction_law_t), intent(in) :: law
-    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)
     real(rp) :: impulse(3), jump(3), least
     integer :: e
 
-    least = min_node_inertia(sim%scene, sim%clock)
-    associate (t => sim%contact)
+    least = min_node_inertia(scene, clock)
+    associate (t => contact)
       do e = 1, t%n_nodes
         associate (front => t%values(:n_values, e), fraction => t%friction_fraction(e))
           fraction = friction_fraction_of(law, front)
@@ -288,15 +307,15 @@ contains
         end associate
       end do
     end associate
-    call restore_fractions(sim%scene, sim%contact)
-    do e = 1, sim%contact%n_nodes
-      sim%contact%coulomb_unused(e) = 0.0_rp
-      associate (values => sim%contact%values(:, e))
-        if (values(v_coulomb) > 0.0_rp) sim%contact%coulomb_unused(e) = max(0.0_rp, 1.0_rp &
-          - sim%contact%friction_fraction(e)*norm2(values(v_stick:v_stick + 2))/values(v_coulomb))
+    call restore_fractions(scene, contact)
+    do e = 1, contact%n_nodes
+      contact%coulomb_unused(e) = 0.0_rp
+      associate (values => contact%values(:, e))
+        if (values(v_coulomb) > 0.0_rp) contact%coulomb_unused(e) = max(0.0_rp, 1.0_rp &
+          - contact%friction_fraction(e)*norm2(values(v_stick:v_stick + 2))/values(v_coulomb))
       end associate
     end do
-    call record_wall_impulse(sim, g)
+    call record_wall_impulse(scene, nodes, contact, budget, g)
   end subroutine push_nodes
 
   !> Fraction of the stick impulse of a node that friction provides.
@@ -311,29 +330,32 @@ contains
   !> Store the contact history of the particles: the unused Coulomb friction, which decays with the
   !> relaxation time, or, for a law that uses the mean pressure, the mean Coulomb force; and the
   !> sustained normal force.
-  subroutine store_contact_history(sim, law, dt)
-    type(simulation_t), intent(inout) :: sim
+  subroutine store_contact_history(scene, clock, particles, contact, law, dt)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(particles_t), intent(inout) :: particles
+    type(tool_contact_t), intent(in) :: contact
     type(friction_law_t), intent(in) :: law
     real(rp), intent(in) :: dt                 !! time step [s]
     real(rp) :: used, unused
     integer :: i, p
 
-    do p = 1, sim%contact%n
-      associate (t => sim%contact%particle(p))
+    do p = 1, contact%n
+      associate (t => contact%particle(p))
         unused = 0.0_rp
         used = 0.0_rp
         do i = 1, 27
           if (t%entry(i) == 0) cycle
-          unused = unused + t%weight(i)*sim%contact%coulomb_unused(t%entry(i))
-          used = used + t%weight(i)*sim%contact%friction_fraction(t%entry(i))
+          unused = unused + t%weight(i)*contact%coulomb_unused(t%entry(i))
+          used = used + t%weight(i)*contact%friction_fraction(t%entry(i))
         end do
-        associate (reserve => sim%particles%ps(t%lane, sim%scene%layout%coulomb_reserve, t%block))
-          reserve = t%coulomb_impulse*unused*exp(-dt/relaxation_time(sim%clock, t))
+        associate (reserve => particles%ps(t%lane, scene%layout%coulomb_reserve, t%block))
+          reserve = t%coulomb_impulse*unused*exp(-dt/relaxation_time(clock, t))
           if (law%uses_mean_pressure()) reserve = t%coulomb_impulse/dt
         end associate
-        associate (force => sim%scene%layout%tool_force)
-          sim%particles%ps(t%lane, force:force + 2, t%block) = (t%lasting_impulse*t%normal &
-                                                                + used*t%stick_impulse)/dt
+        associate (force => scene%layout%tool_force)
+          particles%ps(t%lane, force:force + 2, t%block) = (t%lasting_impulse*t%normal &
+                                                            + used*t%stick_impulse)/dt
         end associate
       end associate
     end do

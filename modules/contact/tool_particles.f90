@@ -25,12 +25,13 @@ module contact_tool_particles
   use mpm_faces, only: surface_weights
   use mpm_stability, only: contact_relaxation, wave_speed
   use particles_block, only: block_t
-  use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_rate
+  use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_rate, particles_t
   use simulation_nodes, only: nodes_t
-  use simulation_parts, only: simulation_t
   use simulation_run, only: clock_t
-  use simulation_tool_lists, only: candidates_t, contact_particle_t
+  use simulation_scene, only: scene_t
+  use simulation_tool_lists, only: candidates_t, contact_particle_t, tool_contact_t
   use tools_law, only: find_closing_velocity, of_nothing
+  use tools_tool, only: tool_t
   implicit none (type, external)
   private
 
@@ -44,62 +45,73 @@ module contact_tool_particles
 contains
 
   !> Find the particles of a group whose surface would be inside the tool at the end of the step.
-  subroutine find_contact_particles(sim, k, group, dt, g)
-    type(simulation_t), intent(inout) :: sim
+  subroutine find_contact_particles(scene, clock, tools, particles, nodes, contact, k, group, dt, g)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(tool_t), intent(in) :: tools(:)
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(in) :: nodes
+    type(tool_contact_t), intent(inout) :: contact
     integer, intent(in) :: k, group
-    real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
+    real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
     type(candidates_t) :: near
     integer :: b
-    real(rp) :: moved, reach(size(sim%scene%body))
+    real(rp) :: moved, reach(size(scene%body))
 
-    call near%init(sim%scene%layout, sim%tool(k)%friction_table%of /= of_nothing)
+    call near%init(scene%layout, tools(k)%friction_table%of /= of_nothing)
     near%tool = k
-    near%rigid = sim%tool(k)%mean_motion(sim%clock%time, dt)
+    near%rigid = tools(k)%mean_motion(clock%time, dt)
     ! Bound of the displacement: no particle is faster than the nodes, and a distance changes by at
     ! most the displacement.
-    near%displacement = dt*sim%clock%max_speed + (0.01_rp + slop)*sim%scene%grid%longest()
+    near%displacement = dt*clock%max_speed + (0.01_rp + slop)*scene%grid%longest()
     reach = near%displacement + (0.5_rp + friction_distance) &
-            *[(sim%scene%body(b)%longest_diagonal(), b=1, size(reach))]
-    moved = sim%clock%displacement + sim%tool(k)%displacement()
-    do b = 1, sim%particles%n_awake
-      associate (body => sim%particles%body(b))
-        if (sim%scene%body(body)%group /= group) cycle
-        if (sim%particles%clearance(k, b) > reach(body) + moved) cycle
+            *[(scene%body(b)%longest_diagonal(), b=1, size(reach))]
+    moved = clock%displacement + tools(k)%displacement()
+    do b = 1, particles%n_awake
+      associate (body => particles%body(b))
+        if (scene%body(body)%group /= group) cycle
+        if (particles%clearance(k, b) > reach(body) + moved) cycle
         if (near%n > 0 .and. near%body /= body) then
-          call list_contact_particles(sim, dt, g, near)
+          call list_contact_particles(scene, clock, tools, nodes, contact, dt, g, near)
         end if
-        call gather_near(sim, b, reach(body), dt, g, near)
+        call gather_near(scene, clock, tools, particles, nodes, contact, b, reach(body), dt, g, &
+                         near)
       end associate
     end do
-    if (near%n > 0) call list_contact_particles(sim, dt, g, near)
+    if (near%n > 0) call list_contact_particles(scene, clock, tools, nodes, contact, dt, g, near)
   end subroutine find_contact_particles
 
   !> Gather the candidates of block `b`; a full list is processed at once.
-  subroutine gather_near(sim, b, reach, dt, g, near)
-    type(simulation_t), intent(inout) :: sim
+  subroutine gather_near(scene, clock, tools, particles, nodes, contact, b, reach, dt, g, near)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(tool_t), intent(in) :: tools(:)
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(in) :: nodes
+    type(tool_contact_t), intent(inout) :: contact
     integer, intent(in) :: b
     !> Largest distance of touching particle centres from the tool [m].
     real(rp), intent(in) :: reach
-    real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
+    real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
     type(candidates_t), intent(inout) :: near
     real(rp), parameter :: rounding = 1.0_rp + 1.0e-9_rp
     real(rp) :: cutoff, d(nlane), gap, half, normal(3), edge_distance, spacing(3)
     integer :: p
 
-    associate (ps => sim%particles%ps(:, :, b), n => sim%particles%count(b), &
-               tool => sim%tool(near%tool))
+    associate (ps => particles%ps(:, :, b), n => particles%count(b), tool => tools(near%tool))
       call tool%clearances(n, ps(:, f_pos:f_pos + 2), reach, d, is_bound=.true.)
       do p = 1, n
-        spacing = sim%scene%spacing_of(sim%particles%body(b), ps(p, :))
-        cutoff = near%displacement + rounding*(0.5_rp*ps(p, sim%scene%layout%surface_offset) &
+        spacing = scene%spacing_of(particles%body(b), ps(p, :))
+        cutoff = near%displacement + rounding*(0.5_rp*ps(p, scene%layout%surface_offset) &
                                                + friction_distance)*maxval(spacing)
         if (d(p) > cutoff) cycle
         call tool%distance(ps(p, f_pos:f_pos + 2), gap, normal, edge_distance, cutoff, 0.0_rp)
         if (gap > cutoff) cycle
-        half = 0.5_rp*ps(p, sim%scene%layout%surface_offset)*extent(spacing, normal, edge_distance)
+        half = 0.5_rp*ps(p, scene%layout%surface_offset)*extent(spacing, normal, edge_distance)
         if (gap - half > near%displacement + friction_distance*norm2(normal*spacing)) cycle
-        call near%add(sim%particles, b, p, normal, half)
-        if (near%n == nlane) call list_contact_particles(sim, dt, g, near)
+        call near%add(particles, b, p, normal, half)
+        if (near%n == nlane) call list_contact_particles(scene, clock, tools, nodes, contact, dt, &
+                                                         g, near)
       end do
     end associate
   end subroutine gather_near
@@ -117,27 +129,31 @@ contains
   end function extent
 
   !> List the candidates that take part in contact, and empty the list of candidates.
-  subroutine list_contact_particles(sim, dt, g, near)
-    type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
+  subroutine list_contact_particles(scene, clock, tools, nodes, contact, dt, g, near)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(tool_t), intent(in) :: tools(:)
+    type(nodes_t), intent(in) :: nodes
+    type(tool_contact_t), intent(inout) :: contact
+    real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
     type(candidates_t), intent(inout), target :: near
     real(rp) :: edge, force(3), friction_zone, size, zone
     integer :: before, p
     type(block_t) :: block
     type(contact_particle_t) :: particle
 
-    before = sim%contact%n
-    particle%can_flow = allocated(sim%scene%material(sim%scene%body(near%body)%material)%flow)
-    associate (tool => sim%tool(near%tool))
+    before = contact%n
+    particle%can_flow = allocated(scene%material(scene%body(near%body)%material)%flow)
+    associate (tool => tools(near%tool))
       friction_zone = merge(friction_distance, 0.0_rp, tool%has_friction() .or. tool%heat%is_on)
     end associate
     call near%pad_lanes()
     block%body = near%body
     block%n = near%n
     block%ps => near%ps
-    call weights_of(sim%scene, sim%nodes, block)
+    call weights_of(scene, nodes, block)
     if (.not. particle%can_flow) then
-      call cut_at_edges(sim%scene, sim%tool, sim%nodes, near, block%first, block%w)
+      call cut_at_edges(scene, tools, nodes, near, block%first, block%w)
     end if
     do p = 1, near%n
       particle%candidate = p
@@ -147,35 +163,37 @@ contains
       particle%normal = near%normal(:, p)
       particle%first = block%first(p)
       particle%w_centre = reshape(block%w(p, 1:9), [3, 3])
-      particle%w = surface_weights(sim%scene, sim%nodes, block, particle%normal, &
-                                   near%ps(p, sim%scene%layout%surface_offset), p)
-      particle%mass = sim%clock%mass_scaling*near%ps(p, f_mass)
-      particle%coulomb_impulse = near%ps(p, sim%scene%layout%coulomb_reserve)
-      particle%spacing = sim%scene%spacing_of(near%body, near%ps(p, :))
-      particle%cell_edges = sim%nodes%patch%edges_at(near%ps(p, f_pos:f_pos + 2))
+      particle%w = surface_weights(scene, nodes, block, particle%normal, &
+                                   near%ps(p, scene%layout%surface_offset), p)
+      particle%mass = clock%mass_scaling*near%ps(p, f_mass)
+      particle%coulomb_impulse = near%ps(p, scene%layout%coulomb_reserve)
+      particle%spacing = scene%spacing_of(near%body, near%ps(p, :))
+      particle%cell_edges = nodes%patch%edges_at(near%ps(p, f_pos:f_pos + 2))
       size = norm2(particle%normal*particle%spacing)
       edge = length_along(particle%cell_edges, particle%normal)
       zone = slop*edge
-      if (.not. takes_part(sim, near, dt, zone, friction_zone*size, near%ps(p, f_pos:f_pos + 2), &
-                           velocity_at(sim%nodes, particle%first, particle%w, g), particle)) cycle
-      force = near%ps(p, sim%scene%layout%tool_force:sim%scene%layout%tool_force + 2)
+      if (.not. takes_part(scene, clock, tools(near%tool), near, dt, zone, friction_zone*size, &
+                           near%ps(p, f_pos:f_pos + 2), &
+                           velocity_at(nodes, particle%first, particle%w, g), particle)) cycle
+      force = near%ps(p, scene%layout%tool_force:scene%layout%tool_force + 2)
       particle%normal_impulse = dt*dot_product(force, particle%normal)
       particle%last_friction = 0.0_rp   ! metal that flows slips at the strength that it has now
       if (near%ps(p, f_rate) <= 0.0_rp) particle%last_friction = dt*force &
         - particle%normal_impulse*particle%normal
       particle%normal_impulse = max(0.0_rp, particle%normal_impulse)
-      call sim%contact%add_particle_in_contact(particle)
+      call contact%add_particle_in_contact(particle)
     end do
-    call limit_impulses(sim%scene, sim%tool(near%tool), dt, near, &
-                        sim%contact%particle(before + 1:sim%contact%n))
+    call limit_impulses(scene, tools(near%tool), dt, near, contact%particle(before + 1:contact%n))
     near%n = 0
   end subroutine list_contact_particles
 
   !> True if a particle at `x`, with surface velocity `v`, takes part in contact: the surface would
   !> be inside the tool at the end of the step, approaches too fast in the slow zone, or is within
   !> the friction zone. Sets its closing velocity, slip and covered fraction.
-  logical function takes_part(sim, near, dt, zone, friction_zone, x, v, particle)
-    type(simulation_t), intent(in) :: sim
+  logical function takes_part(scene, clock, tool, near, dt, zone, friction_zone, x, v, particle)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(tool_t), intent(in) :: tool
     type(candidates_t), intent(in) :: near
     real(rp), intent(in) :: dt     !! time step [s]
     real(rp), intent(in) :: x(3)   !! position of the particle [m]
@@ -185,32 +203,31 @@ contains
     type(contact_particle_t), intent(inout) :: particle
     real(rp) :: back, gap, relative(3), edge_distance, time, unused(3)
 
-    call sim%tool(near%tool)%distance(x + dt*v, gap, particle%normal, edge_distance, &
-                                      edge_cutoff=2.0_rp*maxval(particle%cell_edges))
+    call tool%distance(x + dt*v, gap, particle%normal, edge_distance, &
+                       edge_cutoff=2.0_rp*maxval(particle%cell_edges))
     gap = gap - particle%surface_distance
     takes_part = gap < max(zone, friction_zone)
     if (.not. takes_part) return
     relative = v - near%rigid%velocity_at(x - particle%surface_distance*particle%normal &
                                           + 0.5_rp*dt*v)
     ! Independent of the step size: smaller steps give the same contact.
-    time = relaxation_time(sim%clock, particle)
-    back = recovery_speed*wave_speed(sim%clock)
-    call find_closing_velocity(dt, sim%clock%dt, zone, time, back, gap, particle%normal, relative, &
+    time = relaxation_time(clock, particle)
+    back = recovery_speed*wave_speed(clock)
+    call find_closing_velocity(dt, clock%dt, zone, time, back, gap, particle%normal, relative, &
                                particle%closing_velocity, particle%slip, particle%approach_velocity)
-    particle%gap_impulse = dt*particle%mass*wave_speed(sim%clock)**2*max(0.0_rp, gap) &
+    particle%gap_impulse = dt*particle%mass*wave_speed(clock)**2*max(0.0_rp, gap) &
                            /(norm2(particle%normal*particle%spacing) &
                              *length_along(particle%cell_edges, particle%normal))
-    particle%coulomb_factor = sim%tool(near%tool)%friction_coefficient
+    particle%coulomb_factor = tool%friction_coefficient
     particle%touches = gap < zone .and. particle%closing_velocity > 0.0_rp
     takes_part = particle%touches .or. gap < friction_zone
     particle%covered_fraction = 1.0_rp
-    if (particle%can_flow) particle%covered_fraction = covered_fraction_of(sim%tool(near%tool), &
-      sim%scene%method%is_bspline, x + dt*v, edge_distance, particle)
+    if (particle%can_flow) particle%covered_fraction = covered_fraction_of(tool, &
+      scene%method%is_bspline, x + dt*v, edge_distance, particle)
     particle%edge_closing_velocity = 0.0_rp
     gap = gap + (1.0_rp - particle%covered_fraction)*norm2(particle%normal*particle%spacing)
     if (particle%covered_fraction < 1.0_rp .and. gap < zone) then
-      call find_closing_velocity(dt, sim%clock%dt, zone, time, back, gap, particle%normal, &
-                                 relative, &
+      call find_closing_velocity(dt, clock%dt, zone, time, back, gap, particle%normal, relative, &
                                  particle%edge_closing_velocity, unused)
     end if
     if (particle%covered_fraction <= 0.0_rp &
@@ -247,21 +264,24 @@ contains
   !> Update the surface offset of touching particles after contact. Where metal flows, the layer
   !> between centre and surface follows the nodal velocities; in elastic material its thickness
   !> follows from the strain of the particle, so that no drift accumulates over many contacts.
-  subroutine update_surface_offset(sim, dt, g)
-    type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
+  subroutine update_surface_offset(scene, particles, nodes, contact, dt, g)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(inout) :: particles
+    type(nodes_t), intent(in) :: nodes
+    type(tool_contact_t), intent(in) :: contact
+    real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
     real(rp) :: bbar(6), jac
     integer :: p
 
-    do p = 1, sim%contact%n
-      associate (t => sim%contact%particle(p))
+    do p = 1, contact%n
+      associate (t => contact%particle(p))
         if (.not. t%touches) cycle
         ! Copies: gfortran passes sections of an associate name wrongly.
-        bbar = sim%particles%ps(t%lane, f_bbar:f_bbar + 5, t%block)
-        jac = sim%particles%ps(t%lane, f_jac, t%block)
-        associate (offset => sim%particles%ps(t%lane, sim%scene%layout%surface_offset, t%block))
+        bbar = particles%ps(t%lane, f_bbar:f_bbar + 5, t%block)
+        jac = particles%ps(t%lane, f_jac, t%block)
+        associate (offset => particles%ps(t%lane, scene%layout%surface_offset, t%block))
           if (t%can_flow) then
-            offset = min(1.0_rp, offset*exp(dt*normal_strain_rate(sim%nodes, t, g)))
+            offset = min(1.0_rp, offset*exp(dt*normal_strain_rate(nodes, t, g)))
           else
             offset = min(1.0_rp, thickness(bbar, jac, t%normal))
           end if

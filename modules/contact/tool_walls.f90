@@ -12,8 +12,7 @@
 module contact_tool_walls
   use base_kinds, only: rp
   use simulation_nodes, only: nodes_t
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: e_wall
+  use simulation_run, only: budget_t, e_wall
   use simulation_scene, only: scene_t
   use simulation_tool_lists, only: impulse_of, m_last_impulse, n_both, n_masses, n_values, &
                                    tool_contact_t, v_normal, v_stick
@@ -196,24 +195,27 @@ contains
   end subroutine restore_fractions
 
   !> Record the impulse that held nodes and mirrors take from the tool.
-  subroutine record_wall_impulse(sim, g)
-    type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: g(8, sim%nodes%patch%nn)
+  subroutine record_wall_impulse(scene, nodes, contact, budget, g)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(tool_contact_t), intent(in) :: contact
+    type(budget_t), intent(inout) :: budget
+    real(rp), intent(in) :: g(8, nodes%patch%nn)
     real(rp) :: impulse(3), mean
     integer :: a, c, e, i, place
 
-    associate (t => sim%contact)
-      do i = 1, sim%nodes%boundary%n_fixed
-        e = t%entry_of(sim%nodes%boundary%fixed(1, i))
-        if (e == 0 .or. sim%nodes%boundary%fixed(3, i) == 0) cycle
-        c = sim%nodes%boundary%fixed(2, i)
-        place = sim%scene%clamp(c)%clamp%place
+    associate (t => contact)
+      do i = 1, nodes%boundary%n_fixed
+        e = t%entry_of(nodes%boundary%fixed(1, i))
+        if (e == 0 .or. nodes%boundary%fixed(3, i) == 0) cycle
+        c = nodes%boundary%fixed(2, i)
+        place = scene%clamp(c)%clamp%place
         impulse = impulse_of(t%values(:, e), t%friction_fraction(e))
         do a = 1, 3
-          if (.not. sim%scene%clamp(c)%clamp%held(a)) cycle
-          sim%budget%impulse(a, place) = sim%budget%impulse(a, place) - impulse(a)
+          if (.not. scene%clamp(c)%clamp%held(a)) cycle
+          budget%impulse(a, place) = budget%impulse(a, place) - impulse(a)
           mean = g(a, t%node(e)) - 0.5_rp*g(4 + a, t%node(e))   ! velocity in the step [m/s]
-          sim%budget%sums(e_wall) = sim%budget%sums(e_wall) - impulse(a)*mean
+          budget%sums(e_wall) = budget%sums(e_wall) - impulse(a)*mean
         end do
       end do
       do i = 1, size(t%pair, 2)
@@ -229,9 +231,8 @@ contains
       integer, intent(in) :: plane, e
       real(rp), intent(in) :: share
 
-      associate (t => sim%contact, &
-                 impulse => sim%budget%impulse(:, sim%scene%symmetry(plane)%place))
-        impulse = impulse - merge(2.0_rp*share, 0.0_rp, sim%scene%symmetry(plane)%odd) &
+      associate (t => contact, impulse => budget%impulse(:, scene%symmetry(plane)%place))
+        impulse = impulse - merge(2.0_rp*share, 0.0_rp, scene%symmetry(plane)%odd) &
                   *impulse_of(t%local_values(:, e), t%friction_fraction(e))
       end associate
     end subroutine add_local

@@ -11,7 +11,7 @@ module mpm_constitutive
                              f_temp, particles_t
   use physics_flow_law, only: flow_law_t, max_warnings
   use physics_stress, only: advance_stress, stress_sums_t
-  use simulation_parts, only: simulation_t
+  use simulation_nodes, only: nodes_t
   use simulation_run, only: budget_t, clock_t, e_body, e_plastic, e_stress, outcome_t
   use simulation_scene, only: average_never, scene_t
   implicit none (type, external)
@@ -25,21 +25,24 @@ contains
   !> F-bar averaging. Relax the volume ratios towards the mean of each particle's cell and update
   !> the stress from them, before the stress does the work of the next strain; record the energy of
   !> the change.
-  subroutine average_volume(sim, block)
-    type(simulation_t), intent(inout) :: sim
+  subroutine average_volume(scene, clock, nodes, budget, block)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(in) :: nodes
+    type(budget_t), intent(inout) :: budget
     type(block_t), intent(inout) :: block
     real(rp) :: before(nlane), energy(nlane)
 
-    associate (averaging => sim%scene%body(block%body)%averaging, ps => block%ps, &
-               material => sim%scene%material(sim%scene%body(block%body)%material))
+    associate (averaging => scene%body(block%body)%averaging, ps => block%ps, &
+               material => scene%material(scene%body(block%body)%material))
       if (averaging == average_never) return
       before = ps(:, f_jac)
-      call relax_volume(averaging, material%k, sim%clock%dt, sim%nodes%patch%stride, &
-                        size(sim%nodes%volume, 1), sim%nodes%patch%nn, sim%nodes%volume, block)
+      call relax_volume(averaging, material%k, clock%dt, nodes%patch%stride, &
+                        size(nodes%volume, 1), nodes%patch%nn, nodes%volume, block)
       call material%change_volume(block%n, ps(1, f_mass), ps(1, f_temp), ps(1, f_bbar), before, &
                                   ps(1, f_jac), ps(1, f_tau), energy)
     end associate
-    sim%budget%sums(e_stress) = sim%budget%sums(e_stress) + sum(energy(:block%n))
+    budget%sums(e_stress) = budget%sums(e_stress) + sum(energy(:block%n))
   end subroutine average_volume
 
   !> Voids that the grid does not resolve. Metal around a sphere that is the part `void` of its room
@@ -128,8 +131,10 @@ contains
   !> Update the stress over `dt`. The flow law uses the particle's own temperature: the nodal
   !> temperature, a mean over neighbours of different strain, was off by 8 % of the rise at single
   !> particles of a squeezed cube.
-  subroutine update_block_stress(sim, block, dt, l, outcome)
-    type(simulation_t), intent(inout) :: sim
+  subroutine update_block_stress(scene, clock, budget, block, dt, l, outcome)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(budget_t), intent(inout) :: budget
     type(block_t), intent(inout) :: block
     real(rp), intent(in) :: dt, l(nlane, 9)
     type(outcome_t), intent(inout) :: outcome
@@ -137,20 +142,20 @@ contains
     real(rp) :: temp(nlane)
     real(rp), allocatable :: factor(:)   !! factors on squared wave speeds, with cpGIMP only
 
-    associate (half => sim%scene%layout%half, ps => block%ps, &
-               material => sim%scene%material(sim%scene%body(block%body)%material))
+    associate (half => scene%layout%half, ps => block%ps, &
+               material => scene%material(scene%body(block%body)%material))
       temp = ps(:, f_temp)
-      if (half > 0) allocate (factor, source=domain_factor(sim%scene%grid%h, ps(:, half:half + 2)))
+      if (half > 0) allocate (factor, source=domain_factor(scene%grid%h, ps(:, half:half + 2)))
       call advance_stress(material, block%n, dt, l, temp, ps(1, f_mass), ps(1, f_bbar), &
                           ps(1, f_jac), ps(1, f_plastic), ps(1, f_temp), ps(1, f_tau), &
-                          ps(1, f_rate), ps(1, f_flow), sim%scene%layout%n_law, &
-                          ps(1, sim%scene%layout%law), sums, factor)
+                          ps(1, f_rate), ps(1, f_flow), scene%layout%n_law, &
+                          ps(1, scene%layout%law), sums, factor)
     end associate
-    sim%budget%sums(e_plastic) = sim%budget%sums(e_plastic) + sums%plastic_work
-    sim%budget%sums(e_stress) = sim%budget%sums(e_stress) + sums%stress_work
-    sim%budget%failed_returns = sim%budget%failed_returns + sums%failed
+    budget%sums(e_plastic) = budget%sums(e_plastic) + sums%plastic_work
+    budget%sums(e_stress) = budget%sums(e_stress) + sums%stress_work
+    budget%failed_returns = budget%failed_returns + sums%failed
     outcome%stiffness = max(outcome%stiffness, sums%stiffness)
-    if (any(sums%warnings > 0)) call count_warnings(sim%scene, sim%clock, sim%budget, block, sums)
+    if (any(sums%warnings > 0)) call count_warnings(scene, clock, budget, block, sums)
   end subroutine update_block_stress
 
   !> Count particles outside the validity range of a flow law, and store the first occurrence.

@@ -5,9 +5,9 @@ module mpm_tractions
   use mpm_blocks, only: weights_of
   use mpm_faces, only: add_to_nodes, face_area, face_of, face_t, mean_velocity
   use particles_block, only: block_t, view_block
-  use particles_store, only: tag_faces
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: clock_t, e_body
+  use particles_store, only: particles_t, tag_faces
+  use simulation_nodes, only: nodes_t
+  use simulation_run, only: budget_t, clock_t, e_body
   use simulation_scene, only: scene_t
   implicit none (type, external)
   private
@@ -17,18 +17,21 @@ module mpm_tractions
 contains
 
   !> Add the forces of all tractions to the nodes, before their records are summed over ranks.
-  subroutine tractions_to_grid(sim, g)
-    type(simulation_t), intent(in) :: sim
-    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+  subroutine tractions_to_grid(scene, clock, particles, nodes, g)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(in) :: nodes
+    real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
     type(face_t) :: face(6*nlane)
     real(rp) :: force(3, 6*nlane)
     integer :: b, group, i, n
 
-    do b = 1, sim%particles%nblk
-      call list_loaded_faces(sim, b, n, face, force)
-      group = sim%scene%body(sim%particles%body(b))%group
+    do b = 1, particles%nblk
+      call list_loaded_faces(scene, clock, particles, nodes, b, n, face, force)
+      group = scene%body(particles%body(b))%group
       do i = 1, n
-        call add_to_nodes(face(i), force(:, i), 5, sim%nodes%patch%stride, sim%nodes%patch%nn, &
+        call add_to_nodes(face(i), force(:, i), 5, nodes%patch%stride, nodes%patch%nn, &
                           g(:, :, group))
       end do
     end do
@@ -36,26 +39,33 @@ contains
 
   !> Record the work of all tractions in a step. Nodes hold the new velocities and their changes;
   !> particles have not moved since the forces were added.
-  subroutine record_traction_work(sim, dt, g)
-    type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+  subroutine record_traction_work(scene, clock, particles, nodes, budget, dt, g)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(in) :: nodes
+    type(budget_t), intent(inout) :: budget
+    real(rp), intent(in) :: dt, g(8, nodes%patch%nn, nodes%n_groups)
     type(face_t) :: face(6*nlane)
     real(rp) :: force(3, 6*nlane)
     integer :: b, group, i, n
 
-    do b = 1, sim%particles%nblk
-      call list_loaded_faces(sim, b, n, face, force)
-      group = sim%scene%body(sim%particles%body(b))%group
+    do b = 1, particles%nblk
+      call list_loaded_faces(scene, clock, particles, nodes, b, n, face, force)
+      group = scene%body(particles%body(b))%group
       do i = 1, n
-        sim%budget%sums(e_body) = sim%budget%sums(e_body) + dt*dot_product(force(:, i), &
-          mean_velocity(face(i), sim%nodes%patch%stride, sim%nodes%patch%nn, g(:, :, group)))
+        budget%sums(e_body) = budget%sums(e_body) + dt*dot_product(force(:, i), &
+          mean_velocity(face(i), nodes%patch%stride, nodes%patch%nn, g(:, :, group)))
       end do
     end do
   end subroutine record_traction_work
 
   !> List the `n` loaded faces of block `b` and the current force on each [N].
-  subroutine list_loaded_faces(sim, b, n, face, force)
-    type(simulation_t), intent(in) :: sim
+  subroutine list_loaded_faces(scene, clock, particles, nodes, b, n, face, force)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: b
     integer, intent(out) :: n
     type(face_t), intent(inout) :: face(6*nlane)
@@ -65,20 +75,20 @@ contains
     real(rp) :: stress(3)
 
     n = 0
-    call view_block(sim%particles, b, block)
-    if (.not. allocated(sim%scene%body(block%body)%traction)) return
+    call view_block(particles, b, block)
+    if (.not. allocated(scene%body(block%body)%traction)) return
     faces = 0
-    faces(:block%n) = tag_faces(sim%particles%tag(:block%n, b))
+    faces(:block%n) = tag_faces(particles%tag(:block%n, b))
     if (all(faces == 0)) return
-    call weights_of(sim%scene, sim%nodes, block)
+    call weights_of(scene, nodes, block)
     do p = 1, block%n
       do k = 1, 6
         if (.not. btest(faces(p), k - 1)) cycle
-        stress = stress_on(sim%scene, sim%clock, block, k, p)
+        stress = stress_on(scene, clock, block, k, p)
         if (all(abs(stress) <= 0.0_rp)) cycle
         n = n + 1
-        face(n) = face_of(sim%scene, sim%nodes, block, k, p)
-        force(:, n) = face_area(sim%scene, block%body, block%ps(p, :), k)*stress
+        face(n) = face_of(scene, nodes, block, k, p)
+        force(:, n) = face_area(scene, block%body, block%ps(p, :), k)*stress
       end do
     end do
   end subroutine list_loaded_faces

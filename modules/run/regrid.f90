@@ -37,7 +37,8 @@ contains
     type(simulation_t), intent(inout) :: sim
     logical :: can_wait, sleepers_changed
 
-    call update_sleep(sim, sleepers_changed, can_wait)
+    call update_sleep(sim%world, sim%scene, sim%clock, sim%tool, sim%particles, sim%sleepers, &
+                      sim%budget, sleepers_changed, can_wait)
     if (can_wait .and. .not. may_leave_cell(sim%scene, sim%clock)) then
       sim%clock%sorted_at = sim%clock%step
       call adapt_mass(sim)
@@ -158,8 +159,9 @@ contains
     call mark_reach(sim%scene, sim%particles, sim%nodes, 1, sim%particles%n_awake, near)
     call list_runs(sim%nodes, near .or. sim%sleepers%near_any, has_sleep, .false.)
     call list_mirrors(sim%scene, sim%nodes)
-    call list_clamps(sim)
-    call find_far_force(sim, sleepers_stay .and. .not. patch_is_too_small)
+    call list_clamps(sim%scene, sim%clock, sim%nodes)
+    call find_far_force(sim%scene, sim%clock, sim%particles, sim%nodes, sim%sleepers, &
+                        sleepers_stay .and. .not. patch_is_too_small)
     call mark_border(sim%scene, sim%particles, sim%nodes, is_sorted_anew)
     call list_to_grid_order(sim%particles)
     if (sim%nodes%n_groups > 1 .or. size(sim%hook) > 0) call enclose_blocks(sim%particles)
@@ -175,7 +177,7 @@ contains
                      sim%particles%n_mapped < sim%particles%nblk)
       call narrow_mirrors(sim%nodes)
     end if
-    call list_nodes_in_front(sim)
+    call list_nodes_in_front(sim%scene, sim%nodes)
     call assign_probes(sim%scene%grid, sim%nodes%patch, sim%probes)
   end subroutine update_lists
 

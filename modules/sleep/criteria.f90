@@ -14,8 +14,7 @@ module sleep_criteria
   use grid_neighbours, only: dilate
   use particles_store, only: asleep, awake, f_mass, f_pos, f_rate, f_tau, f_temp, f_vel, held, &
                              particles_t, rests, set_rest, tag_rest
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: e_sleep, motion_t, sleepers_t
+  use simulation_run, only: budget_t, clock_t, e_sleep, motion_t, sleepers_t
   use simulation_scene, only: scene_t
   use sleep_motion, only: cube_at, cube_middle, cube_size, edge, longest_cube, start_tracking
   use sleep_stress, only: c_wake_requests, c_mass, c_stress, find_active_cubes, n_cube_sums, &
@@ -36,8 +35,15 @@ contains
   !> Collective, before a sort: decide which particles sleep until the next sort. `has_changed`:
   !> sleepers of this rank have changed. `can_wait`: nothing was changed, as no particle may fall
   !> asleep now and only a small part would wake.
-  subroutine update_sleep(sim, has_changed, can_wait)
-    type(simulation_t), intent(inout) :: sim
+  subroutine update_sleep(world, scene, clock, tools, particles, sleepers, budget, has_changed, &
+                          can_wait)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(tool_t), intent(in) :: tools(:)
+    type(particles_t), intent(inout) :: particles
+    type(sleepers_t), intent(inout) :: sleepers
+    type(budget_t), intent(inout) :: budget
     logical, intent(out) :: has_changed, can_wait
     logical :: may_sleep
     logical, allocatable :: is_awake(:, :, :), near(:, :, :)
@@ -47,41 +53,43 @@ contains
 
     has_changed = .false.
     can_wait = .false.
-    if (.not. sim%scene%method%sleep%is_on) return
-    may_sleep = sim%clock%step/sleep_check_interval &
-                > max(0_i8, sim%clock%sorted_at)/sleep_check_interval
-    box = cubes_in_use(sim)
-    call find_awake(sim, sim%sleepers%motion, may_sleep, box, is_awake)
-    call start_tracking(sim%sleepers%motion, box)
-    if (sim%particles%n_awake >= 0 .and. .not. may_sleep) then
-      can_wait = can_defer_waking(sim%world, sim%scene, sim%particles, box, is_awake)
+    if (.not. scene%method%sleep%is_on) return
+    may_sleep = clock%step/sleep_check_interval > max(0_i8, clock%sorted_at)/sleep_check_interval
+    box = cubes_in_use(world, scene, particles, sleepers)
+    call find_awake(world, scene, clock, tools, particles, sleepers%motion, may_sleep, box, &
+                    is_awake)
+    call start_tracking(sleepers%motion, box)
+    if (particles%n_awake >= 0 .and. .not. may_sleep) then
+      can_wait = can_defer_waking(world, scene, particles, box, is_awake)
       if (can_wait) return
     end if
     near = is_awake
     call dilate(near, 1)                         ! particles up to two cells apart share nodes
     rest = merge(awake, merge(held, asleep, near), is_awake)
-    last = sim%particles%nblk
-    if (all(box%lo == sim%sleepers%cubes%lo) .and. all(box%hi == sim%sleepers%cubes%hi)) then
-      if (all(rest == sim%sleepers%rest)) last = sim%particles%n_awake  ! the sleepers do not change
+    last = particles%nblk
+    if (all(box%lo == sleepers%cubes%lo) .and. all(box%hi == sleepers%cubes%hi)) then
+      if (all(rest == sleepers%rest)) last = particles%n_awake  ! the sleepers do not change
     end if
     do b = 1, last
-      call update_rest(sim, box, rest, b, has_changed)
+      call update_rest(scene, clock, particles, budget, box, rest, b, has_changed)
     end do
-    call move_alloc(rest, sim%sleepers%rest)
-    sim%sleepers%cubes = box
+    call move_alloc(rest, sleepers%rest)
+    sleepers%cubes = box
   end subroutine update_sleep
 
   !> Collective. Box of the cubes that contain particles of any rank.
-  type(box_t) function cubes_in_use(sim) result(box)
-    type(simulation_t), intent(in) :: sim
+  type(box_t) function cubes_in_use(world, scene, particles, sleepers) result(box)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
+    type(sleepers_t), intent(in) :: sleepers
     real(rp) :: extent(6)
 
-    extent = sim%particles%extent(1, merge(sim%particles%n_awake, sim%particles%nblk, &
-                                           sim%particles%n_awake >= 0))
-    extent = max(extent, sim%sleepers%extent_any)
-    call sim%world%max(extent)
-    box%lo = nearest_node(sim%scene%grid, -extent(4:6))/edge
-    box%hi = nearest_node(sim%scene%grid, extent(1:3))/edge
+    extent = particles%extent(1, merge(particles%n_awake, particles%nblk, particles%n_awake >= 0))
+    extent = max(extent, sleepers%extent_any)
+    call world%max(extent)
+    box%lo = nearest_node(scene%grid, -extent(4:6))/edge
+    box%hi = nearest_node(scene%grid, extent(1:3))/edge
   end function cubes_in_use
 
   !> True if the sleepers in the cubes marked in `is_awake` are a small part of the awake particles.
@@ -104,24 +112,27 @@ contains
 
   !> Set the rest state of the particles of block `b`. Sleepers do not flow: with the strain rate of
   !> their last step their averaging fraction would depend on the moment of the sum (mpm_fbar).
-  subroutine update_rest(sim, box, rest, b, has_changed)
-    type(simulation_t), intent(inout) :: sim
+  subroutine update_rest(scene, clock, particles, budget, box, rest, b, has_changed)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(particles_t), intent(inout) :: particles
+    type(budget_t), intent(inout) :: budget
     type(box_t), intent(in) :: box
     integer, intent(in) :: rest(box%count()), b      !! rest state of each cube; block
     logical, intent(inout) :: has_changed
     integer :: c(nlane), p, old_rest(nlane)
 
-    c = cubes(sim%scene%grid, box, sim%particles%ps(:, f_pos:f_pos + 2, b))
-    old_rest = rests(nlane, sim%particles%tag(:, b))
-    associate (ps => sim%particles%ps(:, :, b), tag => sim%particles%tag(:, b))
-      do p = 1, sim%particles%count(b)
+    c = cubes(scene%grid, box, particles%ps(:, f_pos:f_pos + 2, b))
+    old_rest = rests(nlane, particles%tag(:, b))
+    associate (ps => particles%ps(:, :, b), tag => particles%tag(:, b))
+      do p = 1, particles%count(b)
         if (rest(c(p)) == old_rest(p)) cycle
         has_changed = .true.
         if (old_rest(p) == awake) then
-          sim%budget%sums(e_sleep) = sim%budget%sums(e_sleep) &
-            + 0.5_rp*sim%clock%mass_scaling*ps(p, f_mass)*sum(ps(p, f_vel:f_vel + 2)**2)
+          budget%sums(e_sleep) = budget%sums(e_sleep) &
+            + 0.5_rp*clock%mass_scaling*ps(p, f_mass)*sum(ps(p, f_vel:f_vel + 2)**2)
           ps(p, [f_vel, f_vel + 1, f_vel + 2, f_rate]) = 0.0_rp
-          ps(p, sim%scene%layout%rest) = ps(p, f_temp)
+          ps(p, scene%layout%rest) = ps(p, f_temp)
         end if
         tag(p) = set_rest(tag(p), rest(c(p)))
       end do
@@ -130,8 +141,12 @@ contains
 
   !> Find the cubes that are awake, including those that were awake before, unless they may fall
   !> asleep now. `motion` holds the sums of nodal motion since the last check.
-  subroutine find_awake(sim, motion, may_sleep, box, is_awake)
-    type(simulation_t), intent(in) :: sim
+  subroutine find_awake(world, scene, clock, tools, particles, motion, may_sleep, box, is_awake)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(tool_t), intent(in) :: tools(:)
+    type(particles_t), intent(in) :: particles
     type(motion_t), intent(in) :: motion
     logical, intent(in) :: may_sleep
     type(box_t), intent(in) :: box
@@ -141,15 +156,15 @@ contains
 
     n = box%hi - box%lo + 1
     allocate (sums(n_cube_sums, n(1), n(2), n(3)), source=0.0_rp)
-    call add_particle_sums(sim%scene, sim%particles, box, sums)
+    call add_particle_sums(scene, particles, box, sums)
     call add_node_sums(motion, box, sums)
     flat = reshape(sums, [size(sums)])
-    call sim%world%sum(flat)
+    call world%sum(flat)
     sums = reshape(flat, shape(sums))
     allocate (is_awake(n(1), n(2), n(3)))
-    call find_active_cubes(sim%scene, sim%clock, motion%time, box, n, sums, is_awake)
+    call find_active_cubes(scene, clock, motion%time, box, n, sums, is_awake)
     call add_neighbours(is_awake)
-    call mark_cubes_at_tools(sim%scene, sim%tool, box, is_awake)
+    call mark_cubes_at_tools(scene, tools, box, is_awake)
     if (.not. may_sleep) is_awake = is_awake .or. sums(c_mass, :, :, :) > 0.0_rp
   end subroutine find_awake
 

@@ -23,9 +23,8 @@ module sleep_held_layer
   use mpm_fbar, only: clear_volume
   use mpm_sweeps, only: force_to_grid
   use particles_block, only: block_t, view_block
-  use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel
+  use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel, particles_t
   use simulation_nodes, only: clear_nodes, min_node_inertia, nodes_t, update_nodes
-  use simulation_parts, only: simulation_t
   use simulation_run, only: budget_t, clock_t, e_sleep, sleepers_t
   use simulation_scene, only: scene_t
   use transfer_scatter, only: p2g_block
@@ -40,25 +39,29 @@ module sleep_held_layer
 contains
 
   !> Collective. Gather the contributions of the layer, if they may have changed.
-  subroutine freeze_layer(sim)
-    type(simulation_t), intent(inout) :: sim
+  subroutine freeze_layer(scene, clock, particles, nodes, sleepers)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(inout) :: nodes
+    type(sleepers_t), intent(inout) :: sleepers
     type(block_t) :: block
     integer :: b
 
-    if (.not. sim%scene%method%sleep%is_on .or. .not. sim%sleepers%layer%is_stale) return
-    sim%sleepers%layer%is_stale = .false.
-    call clear_nodes(sim%nodes, sim%nodes%g)
-    call clear_volume(sim%scene, sim%nodes)
-    do b = sim%particles%n_awake + 1, sim%particles%n_mapped
-      call view_block(sim%particles, b, block)
-      call force_to_grid(sim, block, sim%nodes%g(:, :, 1))
+    if (.not. scene%method%sleep%is_on .or. .not. sleepers%layer%is_stale) return
+    sleepers%layer%is_stale = .false.
+    call clear_nodes(nodes, nodes%g)
+    call clear_volume(scene, nodes)
+    do b = particles%n_awake + 1, particles%n_mapped
+      call view_block(particles, b, block)
+      call force_to_grid(scene, clock, nodes, block, nodes%g(:, :, 1))
     end do
-    call store_layer_records(sim%scene, sim%nodes, sim%sleepers, sim%nodes%g(:, :, 1))
-    call reflect(sim%scene, sim%nodes, r_momentum, sim%nodes%g(:, :, 1), &
-                 sim%nodes%boundary%mirrors%lost, sim%nodes%boundary%mirrors%mass_behind(:, 1))
-    sim%nodes%boundary%mirrors%resting_mass_behind = sim%nodes%boundary%mirrors%mass_behind(:, 1)
-    call sim%nodes%halo%sum(8, sim%nodes%patch%nn, sim%nodes%g(:, :, 1))
-    call list_held(sim%nodes, sim%sleepers, sim%nodes%g(:, :, 1))
+    call store_layer_records(scene, nodes, sleepers, nodes%g(:, :, 1))
+    call reflect(scene, nodes, r_momentum, nodes%g(:, :, 1), &
+                 nodes%boundary%mirrors%lost, nodes%boundary%mirrors%mass_behind(:, 1))
+    nodes%boundary%mirrors%resting_mass_behind = nodes%boundary%mirrors%mass_behind(:, 1)
+    call nodes%halo%sum(8, nodes%patch%nn, nodes%g(:, :, 1))
+    call list_held(nodes, sleepers, nodes%g(:, :, 1))
   end subroutine freeze_layer
 
   !> Store the records of this rank's sleepers: the nodes of `g` that have mass.
@@ -177,27 +180,31 @@ contains
   !> nodes, mirrors and clamps of all particles must be listed, the mirrors in the order of the
   !> nodes: the sum must not depend on which particles are awake, or a resumed run would differ by
   !> rounding.
-  subroutine find_far_force(sim, sleepers_stay)
-    type(simulation_t), intent(inout) :: sim
+  subroutine find_far_force(scene, clock, particles, nodes, sleepers, sleepers_stay)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(inout) :: nodes
+    type(sleepers_t), intent(inout) :: sleepers
     logical, intent(in) :: sleepers_stay         !! the sleepers of this rank have not changed
-    real(rp) :: of_layer(3, size(sim%scene%condition))
+    real(rp) :: of_layer(3, size(scene%condition))
     logical, allocatable :: near(:, :, :)
     logical :: is_known
 
-    if (.not. sim%scene%method%sleep%is_on .or. size(sim%scene%condition) == 0) return
-    if (.not. allocated(sim%sleepers%far_force)) then
-      allocate (sim%sleepers%far_force(3, size(of_layer, 2)), source=0.0_rp)
+    if (.not. scene%method%sleep%is_on .or. size(scene%condition) == 0) return
+    if (.not. allocated(sleepers%far_force)) then
+      allocate (sleepers%far_force(3, size(of_layer, 2)), source=0.0_rp)
     end if
     is_known = sleepers_stay
-    if (sim%particles%n_mapped == sim%particles%nblk) then
-      if (.not. is_known) sim%sleepers%far_force = 0.0_rp
+    if (particles%n_mapped == particles%nblk) then
+      if (.not. is_known) sleepers%far_force = 0.0_rp
       is_known = .true.
     end if
-    if (sim%world%all_true(is_known)) return
-    call mark_held(sim%nodes, near)
-    call find_wall_forces(sim, sim%particles%n_mapped, near, of_layer)
-    call find_wall_forces(sim, sim%particles%nblk, near, sim%sleepers%far_force)
-    sim%sleepers%far_force = sim%sleepers%far_force - of_layer
+    if (nodes%halo%world%all_true(is_known)) return
+    call mark_held(nodes, near)
+    call find_wall_forces(scene, clock, particles, nodes, particles%n_mapped, near, of_layer)
+    call find_wall_forces(scene, clock, particles, nodes, particles%nblk, near, sleepers%far_force)
+    sleepers%far_force = sleepers%far_force - of_layer
   end subroutine find_far_force
 
   !> Record the impulse of walls and clamps in a step on the sleepers beyond the held layer.
@@ -232,53 +239,55 @@ contains
   end subroutine mark_held
 
   !> Force of each wall and clamp on the sleepers up to block `last`, at this rank's nodes [N].
-  subroutine find_wall_forces(sim, last, near, force)
-    type(simulation_t), intent(inout) :: sim
+  subroutine find_wall_forces(scene, clock, particles, nodes, last, near, force)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(inout) :: nodes
     integer, intent(in) :: last
-    logical, intent(in) :: near(sim%nodes%patch%nn)
-    real(rp), intent(out) :: force(3, size(sim%scene%condition))
-    type(budget_t) :: before
+    logical, intent(in) :: near(nodes%patch%nn)
+    real(rp), intent(out) :: force(3, size(scene%condition))
     type(block_t) :: block
-    real(rp) :: lost(8, size(sim%scene%symmetry)), scaling
+    type(clock_t) :: unscaled               ! the force must not depend on when it was found
+    real(rp) :: lost(8, size(scene%symmetry)), unused_work
     integer :: b
 
-    before = sim%budget
-    scaling = sim%clock%mass_scaling
-    sim%clock%mass_scaling = 1.0_rp         ! the force must not depend on when it was found
-    call clear_nodes(sim%nodes, sim%nodes%g)
-    do b = sim%particles%n_awake + 1, last
-      call view_block(sim%particles, b, block)
-      call add_force(sim, near, block, sim%nodes%g(:, :, 1))
+    unscaled = clock
+    unscaled%mass_scaling = 1.0_rp
+    call clear_nodes(nodes, nodes%g)
+    do b = particles%n_awake + 1, last
+      call view_block(particles, b, block)
+      call add_force(scene, unscaled, nodes, near, block, nodes%g(:, :, 1))
     end do
     lost = 0.0_rp
-    call reflect(sim%scene, sim%nodes, r_momentum, sim%nodes%g(:, :, 1), lost)
-    call sim%nodes%resting_halo%sum(8, sim%nodes%patch%nn, sim%nodes%g(:, :, 1))
-    sim%budget%impulse = 0.0_rp
-    call update_nodes(sim%scene, sim%clock, sim%nodes, 1.0_rp, sim%nodes%g)  ! in a step of 1 s
+    call reflect(scene, nodes, r_momentum, nodes%g(:, :, 1), lost)
+    call nodes%resting_halo%sum(8, nodes%patch%nn, nodes%g(:, :, 1))
+    call update_nodes(scene, unscaled, nodes, 1.0_rp, nodes%g)  ! in a step of 1 s
     ! Material at rest needs no impulse to stay at rest.
-    call hold_walls(sim, 0.0_rp, sim%nodes%g)
-    force = sim%budget%impulse
-    call add_lost(sim%scene, 1.0_rp, lost, force)
-    sim%budget = before
-    sim%clock%mass_scaling = scaling
-    call clear_nodes(sim%nodes, sim%nodes%g)
+    force = 0.0_rp
+    unused_work = 0.0_rp
+    call hold_walls(scene, unscaled, nodes, 0.0_rp, nodes%g, force, unused_work)
+    call add_lost(scene, 1.0_rp, lost, force)
+    call clear_nodes(nodes, nodes%g)
   end subroutine find_wall_forces
 
   !> Add mass and force of a block to the nodes, if one of its particles is near a held node.
-  subroutine add_force(sim, near, block, g)
-    type(simulation_t), intent(inout) :: sim
-    logical, intent(in) :: near(sim%nodes%patch%nn)
+  subroutine add_force(scene, clock, nodes, near, block, g)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(inout) :: nodes
+    logical, intent(in) :: near(nodes%patch%nn)
     type(block_t), intent(inout) :: block
-    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)
     integer :: node(nlane)
     logical :: is_own(nlane)
 
-    associate (nodes => sim%nodes, ps => block%ps, body => sim%scene%body(block%body))
-      call storage_nodes(sim%scene%grid, nodes%patch, nlane, ps(1, f_pos), node, is_own)
+    associate (ps => block%ps, body => scene%body(block%body))
+      call storage_nodes(scene%grid, nodes%patch, nlane, ps(1, f_pos), node, is_own)
       if (.not. any(near(node(:block%n)))) return
-      call weights_of(sim%scene, nodes, block)
-      call force_records(sim%clock%mass_scaling, 1.0_rp/sim%scene%material(body%material)%rho, &
-                         external_acceleration(sim%scene, sim%clock, block%body), ps(1, f_mass), &
+      call weights_of(scene, nodes, block)
+      call force_records(clock%mass_scaling, 1.0_rp/scene%material(body%material)%rho, &
+                         external_acceleration(scene, clock, block%body), ps(1, f_mass), &
                          ps(1, f_vel), ps(1, f_tau), ps(1, f_temp), nodes%rec)
       call p2g_block(block%n, block%w, block%first, nodes%rec, nodes%patch%stride, &
                      nodes%patch%nn, g)

@@ -10,18 +10,18 @@ module step_advance
   use contact_body_kept, only: keep_entries
   use contact_body_pairs, only: join_bodies
   use mpm_fbar, only: clear_volume, sum_volume
-  use mpm_sweeps, only: grid_to_particles, momentum_to_grid, update_stress
+  use mpm_sweeps, only: momentum_to_grid, update_stress
   use simulation_nodes, only: clear_nodes, keep_light, recall_light, update_nodes
   use simulation_parts, only: simulation_t
   use simulation_probes, only: move_probes
-  use simulation_run, only: budget_t, outcome_t
+  use simulation_run, only: outcome_t
   use simulation_scene, only: scheme_usavg, scheme_usl, transfer_apic
   use sleep_held_layer, only: freeze_layer, record_sleeper_impulse
   use sleep_motion, only: track_motion
   use step_acceptance, only: post_acceptance
   use step_constraints, only: apply_boundary, resolve_contact
   use step_filter, only: filter_velocity
-  use step_schedule, only: accept_step, save_state
+  use step_schedule, only: accept_step, grid_to_particles, save_state
   use step_to_grid, only: particles_to_grid, sum_nodes
   implicit none (type, external)
   private
@@ -49,7 +49,7 @@ contains
     if (stress_fraction_before > 0.0_rp) call update_stress_before(sim, dt, &
       stress_fraction_before, g_strain, outcome)
     if (sim%scene%method%sleep%is_on) then
-      call freeze_layer(sim)
+      call freeze_layer(sim%scene, sim%clock, sim%particles, sim%nodes, sim%sleepers)
     end if
     call save_state(sim%exchange, sim%budget)
     do
@@ -113,7 +113,7 @@ contains
       if (method%transfer == transfer_apic .or. method%filters_in(sim%clock%step)) step%pic = 1.0_rp
       sim%pairs%is_known = .false.
     end associate
-    call release_near_tools(sim)
+    call release_near_tools(sim%scene, sim%clock%time, sim%nodes, sim%tool)
   end subroutine begin_step
 
   !> Update the stress by `stress_fraction_before` of the step with the velocities before the
@@ -125,7 +125,8 @@ contains
     type(outcome_t), intent(inout) :: outcome
 
     call remap_velocities(sim, dt, g)
-    call update_stress(sim, stress_fraction_before*dt, g, outcome)
+    call update_stress(sim%scene, sim%clock, sim%particles, sim%nodes, sim%budget, &
+                       stress_fraction_before*dt, g, outcome)
   end subroutine update_stress_before
 
   !> Map the momentum of the particles alone to nodal velocities, with walls held; with `g_motion`,
@@ -137,22 +138,23 @@ contains
     real(rp), intent(in) :: dt                  !! time step of these velocities [s]
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
     real(rp), intent(in), optional :: g_motion(8, sim%nodes%patch%nn, sim%nodes%n_groups)
-    type(budget_t) :: before
+    ! Interpolation does no work and exerts no impulse.
+    real(rp) :: unused_impulse(3, size(sim%scene%condition)), unused_work
 
     call clear_nodes(sim%nodes, g)
     call clear_volume(sim%scene, sim%nodes)
-    call momentum_to_grid(sim, g, g_motion)
+    call momentum_to_grid(sim%scene, sim%clock, sim%particles, sim%nodes, g, g_motion)
     call sum_nodes(sim%scene, sim%nodes, g)
     call sum_volume(sim%scene, sim%nodes)
-    before = sim%budget                     ! interpolation does no work and exerts no impulse
     call update_nodes(sim%scene, sim%clock, sim%nodes, 0.0_rp, g)
-    call hold_walls(sim, 1.0_rp, g)
+    unused_impulse = 0.0_rp
+    unused_work = 0.0_rp
+    call hold_walls(sim%scene, sim%clock, sim%nodes, 1.0_rp, g, unused_impulse, unused_work)
     if (sim%nodes%n_groups > 1) then
       call join_bodies(sim%scene, sim%clock, sim%tool, sim%particles, &
                        sim%nodes, sim%pairs, dt, g)
     end if
     call restore_velocities(sim%scene, sim%nodes, g)
-    sim%budget = before
   end subroutine remap_velocities
 
 end module step_advance

@@ -8,7 +8,7 @@ module step_constraints
   use contact_body_pairs, only: resolve_body_contact
   use contact_tool_impulses, only: apply_impulses, find_contact, find_impulses
   use simulation_parts, only: simulation_t
-  use simulation_run, only: outcome_t
+  use simulation_run, only: e_wall, outcome_t
   use simulation_tool_lists, only: n_masses
   use sleep_held_layer, only: hold_layer
   use step_schedule, only: can_speculate, sum_with_overlap
@@ -28,7 +28,8 @@ contains
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
     logical, intent(in) :: locally_accepted
 
-    call hold_walls(sim, 1.0_rp, g)
+    call hold_walls(sim%scene, sim%clock, sim%nodes, 1.0_rp, g, sim%budget%impulse, &
+                    sim%budget%sums(e_wall))
     if (sim%scene%method%sleep%is_on) then
       call hold_layer(sim%scene, sim%clock, sim%nodes, sim%sleepers, sim%budget, g(:, :, 1))
     end if
@@ -72,11 +73,13 @@ contains
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
     type(outcome_t), intent(inout) :: outcome
 
-    call find_contact(sim, k, group, dt, g)
+    call find_contact(sim%scene, sim%clock, sim%tool, sim%particles, sim%nodes, sim%contact, k, &
+                      group, dt, g)
     call sum_with_overlap(sim, dt, g, outcome, n_masses, sim%contact%mass)
-    call find_impulses(sim, k, dt, g)
+    call find_impulses(sim%scene, sim%clock, sim%nodes, sim%contact, sim%tool(k), dt, g)
     call sum_with_overlap(sim, dt, g, outcome, sim%contact%width, sim%contact%values)
-    call apply_impulses(sim, k, dt, g)
+    call apply_impulses(sim%scene, sim%clock, sim%particles, sim%nodes, sim%contact, sim%budget, &
+                        sim%tool(k), dt, g)
   end subroutine resolve_tool_contact
 
 end module step_constraints

@@ -43,7 +43,7 @@ contains
         call sim%nodes%halo%sum(8, sim%nodes%patch%nn, mapped(:, :, k))
       end do
       call update_increment(sim%nodes, g, mapped, increment)
-      call release_held(sim, g, increment)
+      call release_held(sim%scene, sim%nodes, g, increment)
       if (sim%nodes%n_groups > 1) then
         call join_increments(sim%scene, sim%nodes, sim%pairs, g, increment)
       end if

@@ -7,8 +7,11 @@
 module step_schedule
   use base_kinds, only: nlane, rp
   use base_timers, only: ph_nodes, ph_to_particles
-  use mpm_sweeps, only: blocks_to_particles
-  use particles_store, only: far_bit, particles_t, set_bit
+  use mpm_blocks, only: move_rigid
+  use mpm_sweeps, only: advance_block
+  use mpm_tractions, only: record_traction_work
+  use particles_block, only: block_t, view_block
+  use particles_store, only: f_pos, f_vel, far_bit, particles_t, set_bit
   use simulation_parts, only: simulation_t
   use simulation_run, only: budget_t, exchange_t, outcome_t
   use simulation_scene, only: scene_t, scheme_usl
@@ -16,8 +19,8 @@ module step_schedule
   implicit none (type, external)
   private
 
-  public :: accept_step, can_speculate, list_to_particles_order, save_block, save_state, &
-            sum_with_overlap
+  public :: accept_step, blocks_to_particles, can_speculate, grid_to_particles, &
+            list_to_particles_order, save_block, save_state, sum_with_overlap
 
   !> Largest displacement of tools and particles until a sort [cells].
   real(rp), parameter :: max_displacement = 1.5_rp
@@ -165,5 +168,47 @@ contains
       call blocks_to_particles(sim, next, next, dt, g, g, dt, outcome)
     end associate
   end subroutine advance_next
+
+  !> Update the particles from the grid: move them with `g_motion`, then update the stress over
+  !> `dt_stress` with the gradient of `g_strain` (the same grid in USL).
+  subroutine grid_to_particles(sim, dt, g_motion, g_strain, dt_stress, outcome)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt, dt_stress
+    real(rp), intent(in), dimension(8, sim%nodes%patch%nn, sim%nodes%n_groups) :: g_motion, g_strain
+    type(outcome_t), intent(inout) :: outcome
+
+    if (sim%scene%has_tractions()) then
+      call record_traction_work(sim%scene, sim%clock, sim%particles, sim%nodes, sim%budget, dt, &
+                                g_motion)
+    end if
+    call blocks_to_particles(sim, sim%exchange%speculative%n_done + 1, sim%particles%n_awake, dt, &
+                             g_motion, g_strain, dt_stress, outcome)
+  end subroutine grid_to_particles
+
+  !> Update the blocks `first` to `last` of `particles%order`.
+  subroutine blocks_to_particles(sim, first, last, dt, g_motion, g_strain, dt_stress, outcome)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: first, last
+    real(rp), intent(in) :: dt, dt_stress
+    real(rp), intent(in), dimension(8, sim%nodes%patch%nn, sim%nodes%n_groups) :: g_motion, g_strain
+    type(outcome_t), intent(inout) :: outcome
+    type(block_t) :: block
+    integer :: i
+
+    do i = first, last
+      call sim%particles%fetch(sim%particles%order(min(i + 1, sim%particles%n_awake)), &
+                               sim%particles%nf)
+      call view_block(sim%particles, sim%particles%order(i), block)
+      associate (body => sim%scene%body(block%body), ps => block%ps)
+        if (body%is_rigid()) then
+          call move_rigid(sim%tool, body%tool, block%n, ps(1, f_pos), ps(1, f_vel), outcome%speed2)
+        else
+          call advance_block(sim%scene, sim%clock, sim%nodes, sim%budget, block, dt, &
+                             g_motion(:, :, body%group), g_strain(:, :, body%group), dt_stress, &
+                             outcome)
+        end if
+      end associate
+    end do
+  end subroutine blocks_to_particles
 
 end module step_schedule

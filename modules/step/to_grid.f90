@@ -33,7 +33,7 @@ contains
       call map_and_sum(sim, g)
       return
     end if
-    call blocks_to_grid(sim, 1, sim%particles%n_awake, g)
+    call blocks_to_grid(sim%scene, sim%clock, sim%particles, sim%nodes, 1, sim%particles%n_awake, g)
     call layer_and_tractions_to_grid(sim, g)
     call sim%timer%lap(ph_to_grid)
     call sum_nodes(sim%scene, sim%nodes, g)
@@ -51,7 +51,8 @@ contains
     associate (lost => sim%nodes%boundary%mirrors%lost, &
                own => sim%nodes%boundary%mirrors%mass_behind(:, 1))
       lost = 0.0_rp
-      call blocks_to_grid(sim, 1, sim%particles%n_border, g)
+      call blocks_to_grid(sim%scene, sim%clock, sim%particles, sim%nodes, 1, &
+                          sim%particles%n_border, g)
       call layer_and_tractions_to_grid(sim, g)
       call reflect(sim%scene, sim%nodes, r_momentum, g(:, :, 1), lost, own, &
                    shared_part)
@@ -59,7 +60,8 @@ contains
       call sim%nodes%halo%post(8, sim%nodes%patch%nn, g(:, :, 1), sim%nodes%volume)
       call sim%timer%lap(ph_exchange)
       do b = sim%particles%n_border + 1, sim%particles%n_awake, blocks_per_test
-        call blocks_to_grid(sim, b, min(b + blocks_per_test - 1, sim%particles%n_awake), g)
+        call blocks_to_grid(sim%scene, sim%clock, sim%particles, sim%nodes, b, &
+                            min(b + blocks_per_test - 1, sim%particles%n_awake), g)
         call sim%nodes%halo%progress_messages()
       end do
       call reflect(sim%scene, sim%nodes, r_momentum, g(:, :, 1), lost, own, &
@@ -77,7 +79,7 @@ contains
 
     if (sim%scene%method%sleep%is_on) call add_layer(sim%nodes, sim%sleepers, g(:, :, 1))
     if (sim%scene%has_tractions()) then
-      call tractions_to_grid(sim, g)
+      call tractions_to_grid(sim%scene, sim%clock, sim%particles, sim%nodes, g)
     end if
   end subroutine layer_and_tractions_to_grid
 

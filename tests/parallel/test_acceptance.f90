@@ -7,7 +7,6 @@ program test_acceptance
   use base_timers, only: wall_time
   use base_world, only: start_world, world_t
   use check, only: begin_tests, end_tests, expect, expect_close
-  use mpm_sweeps, only: blocks_to_particles
   use node_samples, only: all_of, map_particles, set_velocity
   use particles_store, only: f_pos, f_vel
   use simulation_nodes, only: update_nodes
@@ -18,7 +17,7 @@ program test_acceptance
   use step_constraints, only: apply_boundary
   use step_samples, only: add_clamp, add_plane_of_symmetry, add_tool, fill, h, make_flow, &
                           plane_tool, rho, settle, shake, start_scene
-  use step_schedule, only: save_block, save_state
+  use step_schedule, only: blocks_to_particles, save_block, save_state
   use step_schedule, only: accept_step
   use step_to_grid, only: particles_to_grid
   implicit none (type, external)

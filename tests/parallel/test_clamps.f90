@@ -151,7 +151,8 @@ contains
       c = draw(i)
       call prepare(c, sim)
       call gather_nodes(world, sim, sim%nodes%g(:, :, 1), g1)
-      call hold_walls(sim, c%fraction, sim%nodes%g)
+      call hold_walls(sim%scene, sim%clock, sim%nodes, c%fraction, sim%nodes%g, &
+                      sim%budget%impulse, sim%budget%sums(e_wall))
       call gather_nodes(world, sim, sim%nodes%g(:, :, 1), g2)
       one = lines_of(c, g1)
       two = lines_of(c, g2)
@@ -290,7 +291,7 @@ contains
       c%fraction = 0.0_rp
       call prepare(c, sim)
       increment = sim%nodes%g
-      call release_held(sim, sim%nodes%g, increment)
+      call release_held(sim%scene, sim%nodes, sim%nodes%g, increment)
       call gather_nodes(world, sim, sim%nodes%g(:, :, 1), g1)
       sim%nodes%g(5:7, :, 1) = increment(5:7, :, 1)
       call gather_nodes(world, sim, sim%nodes%g(:, :, 1), g2)

@@ -206,7 +206,7 @@ contains
         end associate
       end do
       sim%particles%ps(:, k, :sim%particles%nblk) = kept
-      call update_surface_offset(sim, dt, sim%nodes%g)
+      call update_surface_offset(sim%scene, sim%particles, sim%nodes, sim%contact, dt, sim%nodes%g)
       call expect_close('surfaces come nearer', &
                         maxval(abs(sim%particles%ps(:, k, :sim%particles%nblk) - want)), 0.0_rp, &
                         atol=1.0e-9_rp)
