@@ -3,7 +3,7 @@
 module heat_conduction
   use base_kinds, only: i8, nlane, rp
   use boundary_symmetry, only: r_warming, record_wall_heat, restore
-  use heat_exchange, only: exchange_t, exchanges_heat, find_contacts, reset_contact_sums, warm_sinks
+  use heat_exchange, only: contacts_t, exchanges_heat, find_contacts, reset_contact_sums, warm_sinks
   use heat_gaps, only: find_gaps, gaps_t
   use heat_nodes, only: centre_increment, gather_exchange, gather_flux, gather_temperature, &
                         smoothed_fraction, stable_conduction
@@ -92,7 +92,7 @@ contains
     real(rp), intent(in) :: dt                  !! time since the last conduction step [s]
     real(rp) :: smoothed, gained, out           ! heat of smoothing, of the particles, and through
                                                 ! boundaries [J]
-    type(exchange_t) :: exchange
+    type(contacts_t) :: exchange
     type(gaps_t) :: gaps
     integer :: a, b, k
 
@@ -100,15 +100,19 @@ contains
     gained = 0.0_rp
     smoothed = 0.0_rp
     out = sim%budget%sums(e_film) - sim%budget%sums(e_wall_heat) + sim%budget%sums(e_tool)
-    call gather_temperature(sim)
+    call gather_temperature(sim%scene, sim%particles, sim%nodes)
     if (size(sim%hook) > 0 .and. .not. sim%scene%method%implicit_heat) call limit_step(sim, dt)
-    call find_gaps(sim, gaps)
-    call find_contacts(sim, dt, exchange)
-    if (sim%scene%method%implicit_heat) call solve_implicit(sim, exchange, gaps, dt)
+    call find_gaps(sim%scene, sim%particles, sim%nodes, sim%pairs, gaps)
+    call find_contacts(sim%scene, sim%tool, sim%backing, sim%particles, sim%nodes, dt, exchange)
+    if (sim%scene%method%implicit_heat) then
+      call solve_implicit(sim%scene, sim%clock, sim%particles, sim%nodes, exchange, gaps, dt)
+    end if
     call find_increments(sim, exchange, gaps, dt)
     do k = 1, sim%scene%n_heat_groups
       do a = 1, 3
-        if (sim%scene%grid%grading(a)%is_graded) call centre_increment(sim, a, sim%nodes%g(:, :, k))
+        if (.not. sim%scene%grid%grading(a)%is_graded) cycle
+        call centre_increment(sim%scene, sim%nodes, a, sim%nodes%g(:, :, k), &
+                              sim%budget%sums(e_wall_heat))
       end do
       call restore(sim%scene, sim%nodes, r_warming, sim%nodes%g(:, :, k))
       associate (lost => sim%nodes%boundary%mirrors%lost)
@@ -160,12 +164,13 @@ contains
   !> increments by all other heat.
   subroutine find_increments(sim, exchange, gaps, dt)
     type(simulation_t), intent(inout) :: sim
-    type(exchange_t), intent(inout) :: exchange
+    type(contacts_t), intent(inout) :: exchange
     type(gaps_t), intent(in) :: gaps
     real(rp), intent(in) :: dt              !! conduction step [s]
     integer :: k, r
 
-    call gather_flux(sim, exchange, gaps, dt, sim%scene%method%implicit_heat)
+    call gather_flux(sim%scene, sim%particles, sim%nodes, exchange, gaps, dt, &
+                     sim%scene%method%implicit_heat, sim%budget%sums)
     do k = 1, sim%scene%n_heat_groups
       do r = 1, sim%nodes%n_ranges
         associate (low => sim%nodes%range(1, r), high => sim%nodes%range(2, r))
@@ -178,7 +183,7 @@ contains
     do k = 1, sim%scene%n_heat_groups
       call restore(sim%scene, sim%nodes, r_warming, sim%nodes%g(:, :, k))
     end do
-    call gather_exchange(sim, exchange, gaps, dt)
+    call gather_exchange(sim%scene, sim%nodes, exchange, gaps, dt, sim%budget%sums)
     do k = 1, sim%scene%n_heat_groups
       do r = 1, sim%nodes%n_ranges
         associate (low => sim%nodes%range(1, r), high => sim%nodes%range(2, r))

@@ -18,8 +18,7 @@ module heat_exchange
   use particles_block, only: block_t, view_block
   use particles_store, only: f_pos, f_temp, n_conduction, particles_t, tag_faces
   use simulation_nodes, only: nodes_t
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: e_film, e_tool
+  use simulation_run, only: e_film, e_tool, n_sums
   use simulation_scene, only: film_t, of_pressure, scene_t, stefan_boltzmann
   use tools_heat_sink, only: backing_t, find_backing
   use tools_tool, only: tool_t
@@ -27,13 +26,13 @@ module heat_exchange
   implicit none (type, external)
   private
 
-  public :: add_conductances, add_exchange, exchange_t, exchanges_heat, films_need_pressure, &
+  public :: add_conductances, add_exchange, contacts_t, exchanges_heat, films_need_pressure, &
             find_contacts, reset_contact_sums, warm_sinks
 
   !> Contacts of this rank's particles in a conduction step. Sinks are the tools, followed by the
   !> columns of all backings.
-  type :: exchange_t
-    integer :: n = 0
+  type :: contacts_t
+    integer :: n = 0, n_tools = 0
     integer, allocatable :: sink(:)           !! (n) sink; 0: surroundings of given temperature
     integer, allocatable :: group(:)          !! (n) heat group of the body
     integer, allocatable :: first(:)          !! (n) first of the 27 nodes
@@ -44,7 +43,7 @@ module heat_exchange
     real(rp), allocatable :: t_face0(:)       !! (sinks) face temperature without heat flow [K]
     real(rp), allocatable :: dt_face_dp(:)    !! (sinks) its slope with the heat flow [K/W]
     real(rp), allocatable :: power(:)         !! (sinks) heat flow [W]
-  end type exchange_t
+  end type contacts_t
 
 contains
 
@@ -68,40 +67,44 @@ contains
 
   !> List the contacts of this rank for a conduction step `dt` [s], the time since the last one,
   !> from the temperatures and pressures at the nodes (heat_nodes).
-  subroutine find_contacts(sim, dt, x)
-    type(simulation_t), intent(inout) :: sim
+  subroutine find_contacts(scene, tools, backings, particles, nodes, dt, x)
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(inout) :: tools(:)
+    type(backing_t), intent(inout) :: backings(:)
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(in) :: nodes
     real(rp), intent(in) :: dt
-    type(exchange_t), intent(out) :: x
+    type(contacts_t), intent(out) :: x
     integer :: b, i, k, n
     type(block_t) :: block
 
     n = 0
-    do b = 1, sim%particles%nblk
-      n = n + count_contacts(sim%scene, sim%tool, sim%particles, b)
+    do b = 1, particles%nblk
+      n = n + count_contacts(scene, tools, particles, b)
     end do
     allocate (x%sink(n), x%group(n), x%first(n), x%weight(9, n), x%conductance(n), x%excess(n), &
               x%outside(n))
-    n = size(sim%tool) + sum([(size(sim%backing(k)%column), k=1, size(sim%backing))])
+    x%n_tools = size(tools)
+    n = x%n_tools + sum([(size(backings(k)%column), k=1, size(backings))])
     allocate (x%t_face0(n), x%dt_face_dp(n), x%power(n), source=0.0_rp)
-    do b = 1, sim%particles%nblk
-      if (count_contacts(sim%scene, sim%tool, sim%particles, b) == 0) cycle
-      call sim%particles%fetch(b + 1, n_conduction)
-      call view_block(sim%particles, b, block)
-      call weights_of(sim%scene, sim%nodes, block)
-      call list_faces(sim, sim%particles%tag(:, b), block, x)
-      do k = 1, size(sim%tool)
-        if (sim%tool(k)%heat%is_on) call list_tool(sim, k, dt, block, x)
+    do b = 1, particles%nblk
+      if (count_contacts(scene, tools, particles, b) == 0) cycle
+      call particles%fetch(b + 1, n_conduction)
+      call view_block(particles, b, block)
+      call weights_of(scene, nodes, block)
+      call list_faces(scene, backings, nodes, particles%tag(:, b), block, x)
+      do k = 1, size(tools)
+        if (tools(k)%heat%is_on) call list_tool(scene, tools(k), nodes, k, dt, block, x)
       end do
     end do
-    n = size(sim%tool)
+    n = size(tools)
     do k = 1, n
-      if (sim%tool(k)%heat%is_on) call sim%tool(k)%heat%face_response(dt, x%t_face0(k), &
-                                                                     x%dt_face_dp(k))
+      if (tools(k)%heat%is_on) call tools(k)%heat%face_response(dt, x%t_face0(k), x%dt_face_dp(k))
     end do
-    do k = 1, size(sim%backing)
-      do i = 1, size(sim%backing(k)%column)
+    do k = 1, size(backings)
+      do i = 1, size(backings(k)%column)
         n = n + 1
-        call sim%backing(k)%column(i)%face_response(dt, x%t_face0(n), x%dt_face_dp(n))
+        call backings(k)%column(i)%face_response(dt, x%t_face0(n), x%dt_face_dp(n))
       end do
     end do
   end subroutine find_contacts
@@ -130,37 +133,39 @@ contains
   end function count_contacts
 
   !> Add the faces with films of the particles of a block.
-  subroutine list_faces(sim, tag, block, x)
-    type(simulation_t), intent(in) :: sim
+  subroutine list_faces(scene, backings, nodes, tag, block, x)
+    type(scene_t), intent(in) :: scene
+    type(backing_t), intent(in) :: backings(:)
+    type(nodes_t), intent(in) :: nodes
     integer(i8), intent(in) :: tag(:)                  !! tags of the particles
     type(block_t), intent(in) :: block
-    type(exchange_t), intent(inout) :: x
+    type(contacts_t), intent(inout) :: x
     real(rp) :: area, at(3), coefficient, edge(3), outside
     logical :: acts(6)
     integer :: axis, face, i, k, p, sink
 
     associate (body => block%body, ps => block%ps)
-      associate (film => sim%scene%body(body)%film, group => sim%scene%body(body)%heat_group)
+      associate (film => scene%body(body)%film, group => scene%body(body)%heat_group)
         acts = film%acts()
         do p = 1, block%n
           if (tag_faces(tag(p)) == 0) cycle
           do face = 1, 6
             if (.not. (acts(face) .and. btest(tag_faces(tag(p)), face - 1))) cycle
             axis = (face + 1)/2
-            edge = sim%scene%spacing_of(body, ps(p, :))
+            edge = scene%spacing_of(body, ps(p, :))
             area = product(edge)/edge(axis)
             call find_film(film(face), ps(p, f_temp), &
-                           mean_at(sim%nodes, block%w(p, :9), block%first(p), 5 + axis, group), &
+                           mean_at(nodes, block%w(p, :9), block%first(p), 5 + axis, group), &
                            coefficient, outside)
             sink = 0
             if (film(face)%has_backing) then
               at = ps(p, f_pos:f_pos + 2)
               at(axis) = at(axis) + merge(0.5_rp, -0.5_rp, mod(face, 2) == 0)*edge(axis)
-              k = find_backing(sim%backing, body, face)
-              sink = size(sim%tool) + sim%backing(k)%column_at(at) &
-                     + sum([(size(sim%backing(i)%column), i=1, k - 1)])
+              k = find_backing(backings, body, face)
+              sink = x%n_tools + backings(k)%column_at(at) &
+                     + sum([(size(backings(i)%column), i=1, k - 1)])
             end if
-            call add_contact(sim%scene, sim%nodes, block, p, sink, area, coefficient, &
+            call add_contact(scene, nodes, block, p, sink, area, coefficient, &
                              0.5_rp*edge(axis), 0.0_rp, outside, x)
           end do
         end do
@@ -189,22 +194,24 @@ contains
   end subroutine find_film
 
   !> Add the particles of a block in contact with tool `k`.
-  subroutine list_tool(sim, k, dt, block, x)
-    type(simulation_t), intent(in) :: sim
+  subroutine list_tool(scene, tool, nodes, k, dt, block, x)
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tool
+    type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: k
     real(rp), intent(in) :: dt                         !! time since the last conduction step [s]
     type(block_t), intent(in) :: block
-    type(exchange_t), intent(inout) :: x
+    type(contacts_t), intent(inout) :: x
     real(rp) :: area, depth, gap, normal(3)
     integer :: p
 
-    associate (tool => sim%tool(k), ps => block%ps)
+    associate (ps => block%ps)
       do p = 1, block%n
         if (ps(p, tool%heat%place) <= 0.0_rp) cycle
         call tool%distance(ps(p, f_pos:f_pos + 2), gap, normal)
-        depth = 0.5_rp*norm2(normal*sim%scene%spacing_of(block%body, ps(p, :)))
+        depth = 0.5_rp*norm2(normal*scene%spacing_of(block%body, ps(p, :)))
         area = ps(p, tool%heat%place)/dt
-        call add_contact(sim%scene, sim%nodes, block, p, k, area, tool%heat%gap_coefficient, &
+        call add_contact(scene, nodes, block, p, k, area, tool%heat%gap_coefficient, &
                          depth, ps(p, tool%heat%place + 1)/(dt*area), 0.0_rp, x)
       end do
     end associate
@@ -219,7 +226,7 @@ contains
     type(block_t), intent(in) :: block
     integer, intent(in) :: p, sink
     real(rp), intent(in) :: area, coefficient, depth, flux, outside
-    type(exchange_t), intent(inout) :: x
+    type(contacts_t), intent(inout) :: x
     real(rp) :: conductivity, resistance               ! [W/(m K)]; of the metal to the surface
                                                        ! [m2 K/W]
 
@@ -258,16 +265,18 @@ contains
     end do
   end function mean_at
 
-  !> Collective. Subtract the heat flows of a step `dt` [s] from lane 5 of the second grid and book
-  !> them. With the nodal temperatures at the end of the step in lane 4 (`ends`) they are those at
-  !> these temperatures. Otherwise lane 4 is the temperature before the step, lane 5 its increment
-  !> by all other heat, and lane 2 the rate L/C of the conductances; the flow is then its
-  !> mean in the step, with the response of the metal to an even flow through its neighbours.
-  subroutine add_exchange(sim, dt, ends, x)
-    type(simulation_t), intent(inout) :: sim
+  !> Collective. Subtract the heat flows of a step `dt` [s] from lane 5 of the second grid and add
+  !> them to `sums`, if present. With the nodal temperatures at the end of the step in lane 4
+  !> (`ends`) they are those at these temperatures. Otherwise lane 4 is the temperature before the
+  !> step, lane 5 its increment by all other heat, and lane 2 the rate L/C of the conductances; the
+  !> flow is then its mean in the step, with the response of the metal to an even flow through its
+  !> neighbours.
+  subroutine add_exchange(nodes, dt, ends, x, sums)
+    type(nodes_t), intent(inout) :: nodes
     real(rp), intent(in) :: dt
     logical, intent(in) :: ends
-    type(exchange_t), intent(inout) :: x
+    type(contacts_t), intent(inout) :: x
+    real(rp), intent(inout), optional :: sums(n_sums)
     real(rp) :: conductance(x%n), heat, part, share, surface(x%n)
     real(rp) :: power(size(x%t_face0)), total(size(x%t_face0))  ! of each sink: heat flow [W],
                                                                 ! conductance [W/K]
@@ -276,11 +285,11 @@ contains
     power = 0.0_rp
     total = 0.0_rp
     do e = 1, x%n
-      surface(e) = x%excess(e) + mean_of(sim%nodes, x, e, 4)
+      surface(e) = x%excess(e) + mean_of(nodes, x, e, 4)
       conductance(e) = x%conductance(e)
       if (.not. ends) then
-        call relax(dt*mean_of(sim%nodes, x, e, 2), share, part)
-        surface(e) = surface(e) + part/share*mean_of(sim%nodes, x, e, 5)
+        call relax(dt*mean_of(nodes, x, e, 2), share, part)
+        surface(e) = surface(e) + part/share*mean_of(nodes, x, e, 5)
         conductance(e) = share*conductance(e)
       end if
       associate (k => x%sink(e))
@@ -290,8 +299,8 @@ contains
       end associate
     end do
     if (size(power) > 0) then
-      call sim%world%sum(power)
-      call sim%world%sum(total)
+      call nodes%halo%world%sum(power)
+      call nodes%halo%world%sum(total)
       power = power/(1.0_rp + total*x%dt_face_dp)
     end if
     do e = 1, x%n
@@ -301,11 +310,13 @@ contains
         else
           heat = dt*conductance(e)*(surface(e) - x%t_face0(k) - x%dt_face_dp(k)*power(k))
         end if
-        associate (sums => sim%budget%sums(merge(e_tool, e_film, k > 0 .and. k <= size(sim%tool))))
-          sums = sums + heat
-        end associate
+        if (present(sums)) then
+          associate (taken => sums(merge(e_tool, e_film, k > 0 .and. k <= x%n_tools)))
+            taken = taken + heat
+          end associate
+        end if
       end associate
-      call add_to_nodes(sim%nodes, x, e, 5, -heat)
+      call add_to_nodes(nodes, x, e, 5, -heat)
     end do
     x%power = power
   end subroutine add_exchange
@@ -313,7 +324,7 @@ contains
   !> Add the conductances of this rank's contacts to lane 6 of the second grid.
   subroutine add_conductances(nodes, x)
     type(nodes_t), intent(inout) :: nodes
-    type(exchange_t), intent(in) :: x
+    type(contacts_t), intent(in) :: x
     integer :: e
 
     do e = 1, x%n
@@ -324,7 +335,7 @@ contains
   !> Mean of a lane of the first grid with the weights of a contact.
   pure real(rp) function mean_of(nodes, x, e, lane) result(mean)
     type(nodes_t), intent(in) :: nodes
-    type(exchange_t), intent(in) :: x
+    type(contacts_t), intent(in) :: x
     integer, intent(in) :: e, lane
 
     mean = mean_at(nodes, x%weight(:, e), x%first(e), lane, x%group(e))
@@ -333,7 +344,7 @@ contains
   !> Add `value` to a lane of the second grid by the weights of a contact.
   pure subroutine add_to_nodes(nodes, x, e, lane, value)
     type(nodes_t), intent(inout) :: nodes
-    type(exchange_t), intent(in) :: x
+    type(contacts_t), intent(in) :: x
     integer, intent(in) :: e, lane
     real(rp), intent(in) :: value
     integer :: i, j, k, q
@@ -356,7 +367,7 @@ contains
     type(tool_t), intent(inout) :: tools(:)
     type(backing_t), intent(inout) :: backings(:)
     real(rp), intent(in) :: dt
-    type(exchange_t), intent(in) :: x
+    type(contacts_t), intent(in) :: x
     integer :: i, k, sink
 
     do k = 1, size(tools)

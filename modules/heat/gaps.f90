@@ -11,10 +11,9 @@ module heat_gaps
   use grid_geometry, only: length_along
   use mpm_blocks, only: weights_of
   use particles_block, only: block_t, view_block
-  use particles_store, only: f_jac, f_mass, f_pos, f_tau, n_conduction
+  use particles_store, only: f_jac, f_mass, f_pos, f_tau, n_conduction, particles_t
   use simulation_node_pairs, only: node_pairs_t
   use simulation_nodes, only: clear_nodes, nodes_t
-  use simulation_parts, only: simulation_t
   use simulation_scene, only: scene_t
   use transfer_conduction, only: min_capacity, relax, surface_to_grid
   use transfer_weights, only: point_nodes
@@ -36,35 +35,38 @@ contains
 
   !> Collective. List the gaps where bodies were in contact in the last mechanical step. The second
   !> grid is overwritten.
-  subroutine find_gaps(sim, gaps)
-    type(simulation_t), intent(inout) :: sim
+  subroutine find_gaps(scene, particles, nodes, pairs, gaps)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(inout) :: nodes
+    type(node_pairs_t), intent(in) :: pairs
     type(gaps_t), intent(inout) :: gaps
-    real(rp) :: lost(8, size(sim%scene%symmetry))
+    real(rp) :: lost(8, size(scene%symmetry))
     integer :: b, e, groups(2), k
 
     gaps%n = 0
-    if (.not. allocated(sim%scene%gap)) return
-    call clear_nodes(sim%nodes, sim%nodes%g2)
-    do b = 1, sim%particles%nblk
-      call sim%particles%fetch(b + 1, n_conduction)
-      call add_block(sim, b)
+    if (.not. allocated(scene%gap)) return
+    call clear_nodes(nodes, nodes%g2)
+    do b = 1, particles%nblk
+      call particles%fetch(b + 1, n_conduction)
+      call add_block(scene, particles, nodes, pairs, b)
     end do
     lost = 0.0_rp
-    do k = 1, sim%scene%n_heat_groups
-      call reflect(sim%scene, sim%nodes, r_flux, sim%nodes%g2(:, :, k), lost)
-      call sim%nodes%halo%sum(8, sim%nodes%patch%nn, sim%nodes%g2(:, :, k))
+    do k = 1, scene%n_heat_groups
+      call reflect(scene, nodes, r_flux, nodes%g2(:, :, k), lost)
+      call nodes%halo%sum(8, nodes%patch%nn, nodes%g2(:, :, k))
     end do
     if (allocated(gaps%node)) deallocate (gaps%node, gaps%weight, gaps%group, gaps%conductance)
-    allocate (gaps%node(8, 2, sim%pairs%n), gaps%weight(8, 2, sim%pairs%n), &
-              gaps%group(2, sim%pairs%n), gaps%conductance(sim%pairs%n))
-    do e = 1, sim%pairs%n
-      associate (body => sim%scene%body, group => sim%scene%contact(sim%pairs%pair(e))%group)
+    allocate (gaps%node(8, 2, pairs%n), gaps%weight(8, 2, pairs%n), &
+              gaps%group(2, pairs%n), gaps%conductance(pairs%n))
+    do e = 1, pairs%n
+      associate (body => scene%body, group => scene%contact(pairs%pair(e))%group)
         groups = [(body(findloc(body%group, group(k), dim=1))%heat_group, k=1, 2)]
       end associate
-      if (groups(1) == groups(2) .or. .not. sim%pairs%is_owned(e)) cycle
-      if (sim%pairs%gap(e) > slack*length_along(sim%nodes%patch%edges_at(sim%pairs%x(:, e)), &
-                                                sim%pairs%normal(:, e))) cycle
-      call add_gap(sim%scene, sim%nodes, sim%pairs, e, groups, gaps)
+      if (groups(1) == groups(2) .or. .not. pairs%is_owned(e)) cycle
+      if (pairs%gap(e) > slack*length_along(nodes%patch%edges_at(pairs%x(:, e)), &
+                                            pairs%normal(:, e))) cycle
+      call add_gap(scene, nodes, pairs, e, groups, gaps)
     end do
   end subroutine find_gaps
 
@@ -142,20 +144,23 @@ contains
   end subroutine evaluate_contact
 
   !> Add surface areas, forces and centroids of a block of particles to the nodes.
-  subroutine add_block(sim, b)
-    type(simulation_t), intent(inout) :: sim
+  subroutine add_block(scene, particles, nodes, pairs, b)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(inout) :: nodes
+    type(node_pairs_t), intent(in) :: pairs
     integer, intent(in) :: b
     type(block_t) :: block
 
-    call view_block(sim%particles, b, block)
-    associate (nodes => sim%nodes, ps => block%ps)
-      call weights_of(sim%scene, nodes, block)
-      associate (body => sim%scene%body(block%body))
+    call view_block(particles, b, block)
+    associate (ps => block%ps)
+      call weights_of(scene, nodes, block)
+      associate (body => scene%body(block%body))
         call surface_to_grid(block%n, block%w, block%first, nodes%patch%stride, nodes%patch%nn, &
-                             1.0_rp/sim%scene%material(body%material)%rho, ps(:, f_jac), &
+                             1.0_rp/scene%material(body%material)%rho, ps(:, f_jac), &
                              ps(:, f_mass), ps(:, f_tau:f_tau + 5), nodes%rec, &
                              nodes%g2(:, :, body%heat_group))
-        call add_centroids(block, nodes, sim%pairs, nodes%g2(7:8, :, body%heat_group))
+        call add_centroids(block, nodes, pairs, nodes%g2(7:8, :, body%heat_group))
       end associate
     end associate
   end subroutine add_block

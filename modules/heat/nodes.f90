@@ -3,14 +3,13 @@
 module heat_nodes
   use base_kinds, only: nlane, pi, rp
   use boundary_symmetry, only: r_flux, r_heat, r_temperature, r_warming, reflect, restore
-  use heat_exchange, only: add_conductances, add_exchange, exchange_t, films_need_pressure
+  use heat_exchange, only: add_conductances, add_exchange, contacts_t, films_need_pressure
   use heat_gaps, only: add_gap_conductances, add_gap_fluxes, gaps_t
   use mpm_blocks, only: weights_of
   use particles_block, only: block_t, view_block
   use particles_store, only: f_heat, f_jac, f_mass, f_tau, f_temp, n_conduction, particles_t
   use simulation_nodes, only: clear_nodes, nodes_t
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: e_wall_heat
+  use simulation_run, only: n_sums
   use simulation_scene, only: scene_t
   use transfer_conduction, only: capacity_to_grid, compute_nodal_pressure, &
                                  compute_nodal_temperature, flux_to_grid, min_capacity, &
@@ -45,34 +44,36 @@ contains
 
   !> Collective. Nodal capacities, temperatures and pending heat, and normal pressures along the
   !> axes if films need them (lanes 6:8).
-  subroutine gather_temperature(sim)
-    type(simulation_t), intent(inout) :: sim
+  subroutine gather_temperature(scene, particles, nodes)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(inout) :: nodes
     logical :: with_pressure
     integer :: a, b, k, r
 
-    with_pressure = films_need_pressure(sim%scene)
-    call clear_nodes(sim%nodes, sim%nodes%g)
-    do b = 1, sim%particles%nblk
-      call sim%particles%fetch(b + 1, n_conduction)
-      call gather_block(sim%scene, sim%particles, sim%nodes, b, with_pressure)
+    with_pressure = films_need_pressure(scene)
+    call clear_nodes(nodes, nodes%g)
+    do b = 1, particles%nblk
+      call particles%fetch(b + 1, n_conduction)
+      call gather_block(scene, particles, nodes, b, with_pressure)
     end do
-    do k = 1, sim%scene%n_heat_groups
-      call reflect(sim%scene, sim%nodes, r_heat, sim%nodes%g(:, :, k), &
-                   sim%nodes%boundary%mirrors%lost, sim%nodes%boundary%mirrors%mass_behind(:, k))
-      call sum_all_nodes(sim%scene, sim%nodes, 8, sim%nodes%g(:, :, k))
-      do r = 1, sim%nodes%n_ranges
-        associate (low => sim%nodes%range(1, r), high => sim%nodes%range(2, r))
-          call compute_nodal_temperature(high - low + 1, sim%nodes%g(:, low:high, k))
+    do k = 1, scene%n_heat_groups
+      call reflect(scene, nodes, r_heat, nodes%g(:, :, k), &
+                   nodes%boundary%mirrors%lost, nodes%boundary%mirrors%mass_behind(:, k))
+      call sum_all_nodes(scene, nodes, 8, nodes%g(:, :, k))
+      do r = 1, nodes%n_ranges
+        associate (low => nodes%range(1, r), high => nodes%range(2, r))
+          call compute_nodal_temperature(high - low + 1, nodes%g(:, low:high, k))
           if (with_pressure) then
-            call compute_nodal_pressure(high - low + 1, sim%nodes%g(:, low:high, k))
+            call compute_nodal_pressure(high - low + 1, nodes%g(:, low:high, k))
           end if
         end associate
       end do
-      call restore(sim%scene, sim%nodes, r_temperature, sim%nodes%g(:, :, k))
+      call restore(scene, nodes, r_temperature, nodes%g(:, :, k))
       do a = 1, 3
-        if (.not. sim%scene%grid%grading(a)%is_graded) cycle
-        call centre_temperature(sim%scene, sim%nodes, a, sim%nodes%g(:, :, k))
-        call restore(sim%scene, sim%nodes, r_temperature, sim%nodes%g(:, :, k))
+        if (.not. scene%grid%grading(a)%is_graded) cycle
+        call centre_temperature(scene, nodes, a, nodes%g(:, :, k))
+        call restore(scene, nodes, r_temperature, nodes%g(:, :, k))
       end do
     end do
   end subroutine gather_temperature
@@ -135,30 +136,32 @@ contains
   !> to the difference of their increments times (w1^2 + w1 w2 + w2^2 - 3 w^2)/12 over the distance
   !> of the centres, with the widths w1, w2 of their supports and the smallest width w. This is
   !> exact for linear increments and vanishes between the finest cells. Heat exchanged with a wall
-  !> of given temperature is added to the wall heat.
-  subroutine centre_increment(sim, a, g)
-    type(simulation_t), intent(inout) :: sim
+  !> of given temperature is added to `wall_heat`.
+  subroutine centre_increment(scene, nodes, a, g, wall_heat)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(inout) :: nodes
     integer, intent(in) :: a
-    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)
+    real(rp), intent(inout) :: wall_heat             !! heat that walls give [J]
     real(rp), allocatable :: capacity(:), new(:, :)  ! capacities [J/K], doubled on walls
     logical, allocatable :: is_given(:)              ! node on a wall of given temperature
     logical, allocatable :: is_image(:)              ! node behind a wall
     real(rp) :: from_above, from_below
     integer :: i, ijk(3), q, r
 
-    call restore(sim%scene, sim%nodes, r_warming, g)
-    allocate (capacity(sim%nodes%patch%nn), new(2, sim%nodes%patch%nn), source=0.0_rp)
-    allocate (is_given(sim%nodes%patch%nn), is_image(sim%nodes%patch%nn), source=.false.)
-    is_image(sim%nodes%boundary%mirrors%pair(1, :sim%nodes%boundary%mirrors%n_pairs)) = .true.
-    associate (patch => sim%nodes%patch, planes => sim%scene%symmetry)
-      do r = 1, sim%nodes%n_ranges
-        associate (low => sim%nodes%range(1, r), high => sim%nodes%range(2, r))
+    call restore(scene, nodes, r_warming, g)
+    allocate (capacity(nodes%patch%nn), new(2, nodes%patch%nn), source=0.0_rp)
+    allocate (is_given(nodes%patch%nn), is_image(nodes%patch%nn), source=.false.)
+    is_image(nodes%boundary%mirrors%pair(1, :nodes%boundary%mirrors%n_pairs)) = .true.
+    associate (patch => nodes%patch, planes => scene%symmetry)
+      do r = 1, nodes%n_ranges
+        associate (low => nodes%range(1, r), high => nodes%range(2, r))
           capacity(low:high) = g(1, low:high)
         end associate
       end do
-      do i = 1, sim%nodes%boundary%mirrors%n_planes
-        associate (node => sim%nodes%boundary%mirrors%plane(1, i), &
-                   plane => sim%nodes%boundary%mirrors%plane(2, i))
+      do i = 1, nodes%boundary%mirrors%n_planes
+        associate (node => nodes%boundary%mirrors%plane(1, i), &
+                   plane => nodes%boundary%mirrors%plane(2, i))
           if (planes(plane)%axis /= a) cycle
           capacity(node) = 2.0_rp*capacity(node)
           is_given(node) = planes(plane)%temperature > 0.0_rp
@@ -166,7 +169,7 @@ contains
       end do
       do q = 1, patch%nn                  ! no heat exchange beyond open ends
         ijk = patch%indices(q)
-        if (.not. is_image(q) .and. (ijk(a) < 0 .or. ijk(a) >= sim%scene%grid%n(a))) capacity(q) = &
+        if (.not. is_image(q) .and. (ijk(a) < 0 .or. ijk(a) >= scene%grid%n(a))) capacity(q) = &
           0.0_rp
       end do
       do q = 1, patch%nn
@@ -179,13 +182,11 @@ contains
           from_below = exchanged(ijk(a) - 1, below, q)
           from_above = -exchanged(ijk(a), q, above)
           new(1, q) = g(5, q) + (from_below + from_above)/capacity(q)
-          if (is_given(below)) sim%budget%sums(e_wall_heat) = sim%budget%sums(e_wall_heat) &
-            + from_below
-          if (is_given(above)) sim%budget%sums(e_wall_heat) = sim%budget%sums(e_wall_heat) &
-            + from_above
+          if (is_given(below)) wall_heat = wall_heat + from_below
+          if (is_given(above)) wall_heat = wall_heat + from_above
         end associate
       end do
-      call sum_all_nodes(sim%scene, sim%nodes, 2, new)
+      call sum_all_nodes(scene, nodes, 2, new)
       do q = 1, patch%nn                  ! nodes beyond the ends have no owner
         if (new(2, q) > 0.5_rp) g(5:6, q) = [new(1, q), g(8, q) + new(1, q)]
       end do
@@ -196,12 +197,12 @@ contains
       integer, intent(in) :: i, low, high
       real(rp) :: density
 
-      associate (grading => sim%scene%grid%grading(a))
+      associate (grading => scene%grid%grading(a))
         density = min(capacity(low)/sum(grading%span(5, i - 1:i + 1)), &
                       capacity(high)/sum(grading%span(5, i:i + 2)))
         associate (w1 => grading%span(5, i), w2 => grading%span(5, i + 1))
           exchanged = 0.25_rp*density*(g(5, high) - g(5, low))*(w1**2 + w1*w2 + w2**2 &
-            - 3.0_rp*sim%scene%grid%h(a)**2)/(grading%centre(i + 1) - grading%centre(i))
+            - 3.0_rp*scene%grid%h(a)**2)/(grading%centre(i + 1) - grading%centre(i))
         end associate
       end associate
     end function exchanged
@@ -211,52 +212,57 @@ contains
   !> the second grid; with `ends`, lane 4 is the temperature at the end of the step, and the
   !> exchange with what is outside the bodies is included; otherwise its conductances [W/K] are in
   !> lane 6. Lane 8: capacity times the smoothed differences of particles from the nodal field.
-  subroutine gather_flux(sim, exchange, gaps, dt, ends)
-    type(simulation_t), intent(inout) :: sim
-    type(exchange_t), intent(inout) :: exchange
+  subroutine gather_flux(scene, particles, nodes, exchange, gaps, dt, ends, sums)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(inout) :: nodes
+    type(contacts_t), intent(inout) :: exchange
     type(gaps_t), intent(in) :: gaps
     real(rp), intent(in) :: dt                  !! time step [s]
     logical, intent(in) :: ends
+    real(rp), intent(inout), optional :: sums(n_sums)   !! of a step; absent: a trial
     integer :: b
 
-    call clear_nodes(sim%nodes, sim%nodes%g2)
-    do b = 1, sim%particles%nblk
-      call sim%particles%fetch(b + 1, n_conduction)
-      call diffuse_block(sim%scene, sim%particles, sim%nodes, b, dt)
+    call clear_nodes(nodes, nodes%g2)
+    do b = 1, particles%nblk
+      call particles%fetch(b + 1, n_conduction)
+      call diffuse_block(scene, particles, nodes, b, dt)
     end do
     if (ends) then
-      call add_exchange(sim, dt, ends, exchange)
-      call add_gap_fluxes(sim%nodes, gaps, dt, ends)
+      call add_exchange(nodes, dt, ends, exchange, sums)
+      call add_gap_fluxes(nodes, gaps, dt, ends)
     else
-      call add_conductances(sim%nodes, exchange)
-      call add_gap_conductances(sim%nodes, gaps)
+      call add_conductances(nodes, exchange)
+      call add_gap_conductances(nodes, gaps)
     end if
-    call sum_flux(sim)
+    call sum_flux(scene, nodes)
   end subroutine gather_flux
 
   !> Collective. Heat to the nodes in an explicit step `dt` by the exchange with what is outside the
   !> bodies, to lane 5 of the second grid, with the increments by all other heat in lane 5.
-  subroutine gather_exchange(sim, exchange, gaps, dt)
-    type(simulation_t), intent(inout) :: sim
-    type(exchange_t), intent(inout) :: exchange
+  subroutine gather_exchange(scene, nodes, exchange, gaps, dt, sums)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(inout) :: nodes
+    type(contacts_t), intent(inout) :: exchange
     type(gaps_t), intent(in) :: gaps
     real(rp), intent(in) :: dt                  !! time step [s]
+    real(rp), intent(inout) :: sums(n_sums)
 
-    call clear_nodes(sim%nodes, sim%nodes%g2)
-    call add_exchange(sim, dt, .false., exchange)
-    call add_gap_fluxes(sim%nodes, gaps, dt, .false.)
-    call sum_flux(sim)
+    call clear_nodes(nodes, nodes%g2)
+    call add_exchange(nodes, dt, .false., exchange, sums)
+    call add_gap_fluxes(nodes, gaps, dt, .false.)
+    call sum_flux(scene, nodes)
   end subroutine gather_exchange
 
   !> Collective. Reflect the second grid at walls and sum it over the ranks.
-  subroutine sum_flux(sim)
-    type(simulation_t), intent(inout) :: sim
+  subroutine sum_flux(scene, nodes)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(inout) :: nodes
     integer :: k
 
-    do k = 1, sim%scene%n_heat_groups
-      call reflect(sim%scene, sim%nodes, r_flux, sim%nodes%g2(:, :, k), &
-                   sim%nodes%boundary%mirrors%lost)
-      call sum_all_nodes(sim%scene, sim%nodes, 8, sim%nodes%g2(:, :, k))
+    do k = 1, scene%n_heat_groups
+      call reflect(scene, nodes, r_flux, nodes%g2(:, :, k), nodes%boundary%mirrors%lost)
+      call sum_all_nodes(scene, nodes, 8, nodes%g2(:, :, k))
     end do
   end subroutine sum_flux
 

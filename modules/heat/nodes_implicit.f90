@@ -4,13 +4,15 @@
 module heat_nodes_implicit
   use base_kinds, only: rp
   use boundary_symmetry, only: r_temperature, r_warming, restore
-  use heat_exchange, only: exchange_t
+  use heat_exchange, only: contacts_t
   use heat_gaps, only: gaps_t
   use heat_linear, only: by_petsc, max_iterations
   use heat_nodes, only: gather_flux, stable_conduction, sum_all_nodes
   use heat_petsc, only: operator_t, solve_by_petsc
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: e_film, e_tool
+  use particles_store, only: particles_t
+  use simulation_nodes, only: nodes_t
+  use simulation_run, only: clock_t
+  use simulation_scene, only: scene_t
   use transfer_conduction, only: min_capacity
   implicit none (type, external)
   private
@@ -20,8 +22,10 @@ module heat_nodes_implicit
   !> Linear operator C x - (F(x) - F(0)) on the free nodes, with nodal capacities C and the heat F
   !> of `gather_flux`.
   type, extends(operator_t) :: nodal_system_t
-    type(simulation_t), pointer :: sim => null()
-    type(exchange_t), pointer :: exchange => null()
+    type(scene_t), pointer :: scene => null()
+    type(particles_t), pointer :: particles => null()
+    type(nodes_t), pointer :: nodes => null()
+    type(contacts_t), pointer :: exchange => null()
     type(gaps_t), pointer :: gaps => null()
     logical :: is_unsolved = .false.
     real(rp) :: dt = 0.0_rp                     !! conduction step [s]
@@ -41,82 +45,85 @@ contains
   !> increments x solve C x - (F(x) - F(0)) = F(T) + pending heat. The nodes then receive the fluxes
   !> at these temperatures, so that heat is conserved whatever the tolerance. The next step is
   !> chosen from the error dt^2/2 d2T/dt2, filtered by a second solve. A failed solve sets
-  !> `step%is_unsolved` on all ranks.
-  subroutine solve_implicit(sim, exchange, gaps, dt)
-    type(simulation_t), intent(inout), target :: sim
-    type(exchange_t), intent(inout), target :: exchange
+  !> `clock%now%is_unsolved` on all ranks.
+  subroutine solve_implicit(scene, clock, particles, nodes, exchange, gaps, dt)
+    type(scene_t), intent(in), target :: scene
+    type(clock_t), intent(inout) :: clock
+    type(particles_t), intent(in), target :: particles
+    type(nodes_t), intent(inout), target :: nodes
+    type(contacts_t), intent(inout), target :: exchange
     type(gaps_t), intent(in), target :: gaps
     real(rp), intent(in) :: dt                  !! conduction step [s]
     real(rp), parameter :: fine = 1.0e-8_rp, rough = 0.1_rp   ! relative residuals of the solution
                                                               ! and of the error filter
-    real(rp), dimension(sim%nodes%patch%nn, sim%scene%n_heat_groups) :: before, b, error, x
-    real(rp) :: booked(2)                       ! heat of films and tools [J]
-    real(rp) :: lost(8, size(sim%scene%symmetry))
+    real(rp), dimension(nodes%patch%nn, scene%n_heat_groups) :: before, b, error, x
+    real(rp) :: lost(8, size(scene%symmetry))
     real(rp) :: worst(1)                        ! largest error [K]
     type(nodal_system_t) :: system
     integer :: k, n
 
-    booked = sim%budget%sums([e_film, e_tool])   ! restored below: fluxes here are trial values
-    lost = sim%nodes%boundary%mirrors%lost
-    n = sim%scene%n_heat_groups
-    before = sim%nodes%g(4, :, :n)
-    call gather_flux(sim, exchange, gaps, dt, .true.)
-    b = sim%nodes%g2(5, :, :n) + sim%nodes%g(3, :, :n)
-    call init_system(sim, system, exchange, gaps, dt)
+    lost = nodes%boundary%mirrors%lost
+    n = scene%n_heat_groups
+    before = nodes%g(4, :, :n)
+    call gather_flux(scene, particles, nodes, exchange, gaps, dt, .true.)
+    b = nodes%g2(5, :, :n) + nodes%g(3, :, :n)
+    call init_system(scene, particles, nodes, system, exchange, gaps, dt)
     where (.not. system%is_free) b = 0.0_rp
     call solve(system, fine, b, x)
-    associate (method => sim%scene%method)
+    associate (method => scene%method)
       if (method%heat_interval == 0 .and. method%heat_step <= 0.0_rp) then
-        b = merge(0.5_rp*(sim%nodes%g(1, :, :n)*x - b), 0.0_rp, system%is_free)
+        b = merge(0.5_rp*(nodes%g(1, :, :n)*x - b), 0.0_rp, system%is_free)
         call solve(system, rough, b, error)
         worst = max(maxval(abs(error), mask=system%is_own), tiny(1.0_rp))
-        call sim%world%max(worst)
-        sim%clock%heat_step = max(stable_conduction(sim%scene), 0.2_rp*dt, &
-                                  min(1.5_rp*max(dt, sim%clock%heat_step), &
-                                      0.8_rp*dt*sqrt(method%heat_tolerance/worst(1))))
+        call nodes%halo%world%max(worst)
+        clock%heat_step = max(stable_conduction(scene), 0.2_rp*dt, &
+                              min(1.5_rp*max(dt, clock%heat_step), &
+                                  0.8_rp*dt*sqrt(method%heat_tolerance/worst(1))))
       end if
     end associate
-    sim%nodes%g(4, :, :n) = before + x
-    if (system%is_unsolved) sim%clock%now%is_unsolved = .true.
+    nodes%g(4, :, :n) = before + x
+    if (system%is_unsolved) clock%now%is_unsolved = .true.
     do k = 1, n
-      call restore(sim%scene, sim%nodes, r_temperature, sim%nodes%g(:, :, k))
+      call restore(scene, nodes, r_temperature, nodes%g(:, :, k))
     end do
-    sim%budget%sums([e_film, e_tool]) = booked
-    sim%nodes%boundary%mirrors%lost = lost
+    nodes%boundary%mirrors%lost = lost
   end subroutine solve_implicit
 
   !> Set up the system of a step. Free nodes are those in use with a capacity, not behind a wall.
-  subroutine init_system(sim, system, exchange, gaps, dt)
+  subroutine init_system(scene, particles, nodes, system, exchange, gaps, dt)
     type(nodal_system_t), intent(out) :: system
-    type(simulation_t), intent(inout), target :: sim
-    type(exchange_t), intent(inout), target :: exchange
+    type(scene_t), intent(in), target :: scene
+    type(particles_t), intent(in), target :: particles
+    type(nodes_t), intent(inout), target :: nodes
+    type(contacts_t), intent(inout), target :: exchange
     type(gaps_t), intent(in), target :: gaps
     real(rp), intent(in) :: dt                  !! time step [s]
     real(rp), parameter :: min_change = 1.0e-9_rp     ! rms temperature change at rounding level [K]
     real(rp) :: all(1)
     integer :: r
 
-    system%sim => sim
+    system%scene => scene
+    system%particles => particles
+    system%nodes => nodes
     system%exchange => exchange
     system%gaps => gaps
     system%dt = dt
-    system%n = sim%scene%n_heat_groups
-    allocate (system%is_free(sim%nodes%patch%nn, system%n), system%is_own(sim%nodes%patch%nn, &
-      system%n), source=.false.)
-    do r = 1, sim%nodes%n_ranges
-      associate (first => sim%nodes%range(1, r), last => sim%nodes%range(2, r))
-        system%is_free(first:last, :) = sim%nodes%g(1, first:last, :system%n) > min_capacity
-        system%is_own(first:last, :) = sim%nodes%range(3, r) == 1
+    system%n = scene%n_heat_groups
+    allocate (system%is_free(nodes%patch%nn, system%n), system%is_own(nodes%patch%nn, system%n), &
+              source=.false.)
+    do r = 1, nodes%n_ranges
+      associate (first => nodes%range(1, r), last => nodes%range(2, r))
+        system%is_free(first:last, :) = nodes%g(1, first:last, :system%n) > min_capacity
+        system%is_own(first:last, :) = nodes%range(3, r) == 1
       end associate
     end do
-    system%is_free(sim%nodes%boundary%mirrors%pair(1, :sim%nodes%boundary%mirrors%n_pairs), &
-                   :) = .false.
+    system%is_free(nodes%boundary%mirrors%pair(1, :nodes%boundary%mirrors%n_pairs), :) = .false.
     system%is_own = system%is_own .and. system%is_free
-    sim%nodes%g(4, :, :system%n) = 0.0_rp
-    call gather_flux(sim, exchange, gaps, dt, .true.)
-    system%at_zero = sim%nodes%g2(5, :, :system%n)
-    all = sum(sim%nodes%g(1, :, :system%n), mask=system%is_own)
-    call sim%world%sum(all)
+    nodes%g(4, :, :system%n) = 0.0_rp
+    call gather_flux(scene, particles, nodes, exchange, gaps, dt, .true.)
+    system%at_zero = nodes%g2(5, :, :system%n)
+    all = sum(nodes%g(1, :, :system%n), mask=system%is_own)
+    call nodes%halo%world%sum(all)
     system%min_residual = min_change*sqrt(all(1))
   end subroutine init_system
 
@@ -130,13 +137,13 @@ contains
     real(rp), allocatable :: rows(:)
     integer :: iterations
 
-    if (system%sim%scene%method%heat_solver /= by_petsc) then
+    if (system%scene%method%heat_solver /= by_petsc) then
       call conjugate_gradients(system, relative, b, x)
       return
     end if
     allocate (rows(count(system%is_own)))
-    call solve_by_petsc(system%sim%world, system, pack(system%sim%nodes%g(1, :, :system%n), &
-                                                            system%is_own), &
+    call solve_by_petsc(system%nodes%halo%world, system, &
+                        pack(system%nodes%g(1, :, :system%n), system%is_own), &
                         pack(b, system%is_own), relative, system%min_residual, rows, iterations)
     call scatter_rows(system, rows, x)
   end subroutine solve
@@ -157,16 +164,16 @@ contains
     last = 1.0_rp
     do i = 1, max_iterations
       q = 0.0_rp
-      where (system%is_free) q = r/system%sim%nodes%g(1, :, :system%n)
+      where (system%is_free) q = r/system%nodes%g(1, :, :system%n)
       rho = sum(r*q, mask=system%is_own)
-      call system%sim%world%sum(rho)
+      call system%nodes%halo%world%sum(rho)
       if (first < 0.0_rp) first = rho(1)
       if (rho(1) <= max(relative**2*first, system%min_residual**2)) return
       p = q + (rho(1)/last)*p
       last = rho(1)
       call system%apply(p, q)
       curvature = sum(p*q, mask=system%is_own)
-      call system%sim%world%sum(curvature)
+      call system%nodes%halo%world%sum(curvature)
       if (.not. curvature(1) > 0.0_rp) exit
       x = x + (rho(1)/curvature(1))*p
       r = r - (rho(1)/curvature(1))*q
@@ -181,13 +188,14 @@ contains
     real(rp), intent(out) :: q(:, :)            !! product [J]
     integer :: k
 
-    associate (g => self%sim%nodes%g, n => self%n)
+    associate (g => self%nodes%g, n => self%n)
       g(4, :, :n) = p
       do k = 1, n
-        call restore(self%sim%scene, self%sim%nodes, r_warming, g(:, :, k))
+        call restore(self%scene, self%nodes, r_warming, g(:, :, k))
       end do
-      call gather_flux(self%sim, self%exchange, self%gaps, self%dt, .true.)
-      q = merge(g(1, :, :n)*p - (self%sim%nodes%g2(5, :, :n) - self%at_zero), 0.0_rp, self%is_free)
+      call gather_flux(self%scene, self%particles, self%nodes, self%exchange, self%gaps, self%dt, &
+                       .true.)
+      q = merge(g(1, :, :n)*p - (self%nodes%g2(5, :, :n) - self%at_zero), 0.0_rp, self%is_free)
     end associate
   end subroutine apply
 
@@ -212,9 +220,7 @@ contains
 
     all = unpack(rows, system%is_own, 0.0_rp)
     do k = 1, system%n
-      associate (sim => system%sim)
-        call sum_all_nodes(sim%scene, sim%nodes, 1, all(:, k))
-      end associate
+      call sum_all_nodes(system%scene, system%nodes, 1, all(:, k))
     end do
   end subroutine scatter_rows
 
