@@ -25,7 +25,7 @@ MAY_CARRY = {
     "output": "checkpoint diagnostics error_norms guards history progress totals warnings writer",
     "run": "balance debris loop mass_scaling regrid restart",
     "simulation": "parts",
-    "step": "acceptance advance constraints drives filter motion room schedule to_grid",
+    "step": "acceptance advance constraints drives filter grid_motion room schedule to_grid",
 }
 # Parts of the simulation that a procedure of these layers takes instead, at most.
 MOST_PARTS = {"simulation": 3, "boundary": 3, "hooks": 3, "mpm": 5, "heat": 5, "contact": 7, "sleep": 7}
@@ -45,7 +45,7 @@ NOT_ENTERED = {
     "contact_body_pairs": "contact of bodies",
     "contact_body_kept": "contact of bodies",
     "sleep_held_layer": "sleepers",
-    "sleep_motion": "sleepers",
+    "sleep_cubes": "sleepers",
     "mpm_prescribed": "known fields",
     "mpm_tractions": "tractions",
     "simulation_probes": "probes",

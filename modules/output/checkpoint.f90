@@ -14,7 +14,7 @@ module output_checkpoint
   use simulation_probes, only: share_probes
   use simulation_run, only: budget_t, clock_t, n_sums, sleepers_t, sum_of
   use simulation_scene, only: output_t, scene_t
-  use sleep_motion, only: edge
+  use sleep_cubes, only: edge
   use tools_heat_sink, only: backing_t
   use tools_monitor, only: n_monitor
   use tools_motion, only: drive_t

@@ -24,7 +24,7 @@ module run_loop
   use simulation_scene, only: scene_t
   use step_advance, only: take_step
   use step_drives, only: drive_tools, store_impulses
-  use step_motion, only: find_motion
+  use step_grid_motion, only: find_motion
   use step_room, only: keep_room
   implicit none (type, external)
   private

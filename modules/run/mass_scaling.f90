@@ -11,7 +11,7 @@ module run_mass_scaling
   use particles_store, only: f_flow, f_mass, f_vel
   use simulation_parts, only: simulation_t
   use simulation_run, only: e_scaling
-  use step_motion, only: find_motion
+  use step_grid_motion, only: find_motion
   use tools_sums, only: s_force, s_work
   implicit none (type, external)
   private

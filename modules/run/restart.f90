@@ -21,7 +21,7 @@ module run_restart
   use simulation_parts, only: simulation_t
   use simulation_run, only: motion_t, outcome_t
   use simulation_scene, only: scene_t
-  use sleep_motion, only: start_tracking
+  use sleep_cubes, only: start_tracking
   use tools_tool, only: tool_t
   implicit none (type, external)
   private

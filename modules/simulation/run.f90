@@ -154,7 +154,7 @@ module simulation_run
     type(speculation_t) :: speculative
   end type exchange_t
 
-  ! Indices of the sums of a cube over steps (sleep_motion).
+  ! Indices of the sums of a cube over steps (sleep_cubes).
   integer, parameter, public :: m_mass = 1, &      !! mass times time [kg s]
                                 m_momentum = 2, &  !! momentum times time [kg m], 3
                                 m_impulse = 5      !! impulse on held nodes [N s], 3 components
@@ -173,7 +173,7 @@ module simulation_run
     real(rp), allocatable :: impulse(:, :)
   end type layer_t
 
-  !> Motion of the nodes of each cube since the last sleep check (sleep_motion).
+  !> Motion of the nodes of each cube since the last sleep check (sleep_cubes).
   type :: motion_t
     type(box_t) :: box                       !! box of cubes
     real(rp) :: time = 0.0_rp                !! time since the last check [s]

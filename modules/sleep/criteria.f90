@@ -16,7 +16,7 @@ module sleep_criteria
                              particles_t, rests, set_rest, tag_rest
   use simulation_run, only: budget_t, clock_t, e_sleep, motion_t, sleepers_t
   use simulation_scene, only: scene_t
-  use sleep_motion, only: cube_at, cube_middle, cube_size, edge, longest_cube, start_tracking
+  use sleep_cubes, only: cube_at, cube_middle, cube_size, edge, longest_cube, start_tracking
   use sleep_stress, only: c_wake_requests, c_mass, c_stress, find_active_cubes, n_cube_sums, &
                           n_particle_sums
   use tools_tool, only: tool_t

@@ -3,7 +3,7 @@
 !> not change until the next sort or conduction step, so they are gathered once and added to the
 !> nodes in every step. The shared nodes are held at rest. The impulse that holds them measures the
 !> load by awake material, which shows when the stress of the sleepers is outdated and they have to
-!> wake (sleep_motion).
+!> wake (sleep_cubes).
 !>
 !> Held nodes do not drift, as nodes would that sleepers only damp: a slowly pressed rod carries its
 !> full load. Held nodes reflect waves, which the awake material has to dissipate.

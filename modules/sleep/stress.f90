@@ -7,14 +7,14 @@ module sleep_stress
   use grid_geometry, only: box_t
   use simulation_run, only: clock_t, m_mass, n_motion
   use simulation_scene, only: scene_t
-  use sleep_motion, only: cube_middle, cube_size, edge, mean_traction, mean_velocity
+  use sleep_cubes, only: cube_middle, cube_size, edge, mean_traction, mean_velocity
   implicit none (type, external)
   private
 
   public :: find_active_cubes
 
   ! Indices of the sums over the particles of a cube, followed by those over its nodes
-  ! (sleep_motion).
+  ! (sleep_cubes).
   integer, parameter, public :: c_wake_requests = 1, &  !! sleepers whose temperature has changed
                                 c_mass = 2, &           !! mass of the awake particles [kg]
                                 c_stress = 3            !! mass times Kirchhoff stress [kg Pa], 6

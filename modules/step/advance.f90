@@ -16,8 +16,8 @@ module step_advance
   use simulation_probes, only: move_probes
   use simulation_run, only: outcome_t
   use simulation_scene, only: scheme_usavg, scheme_usl, transfer_apic
+  use sleep_cubes, only: track_motion
   use sleep_held_layer, only: freeze_layer, record_sleeper_impulse
-  use sleep_motion, only: track_motion
   use step_acceptance, only: post_acceptance
   use step_constraints, only: apply_boundary, resolve_contact
   use step_filter, only: filter_velocity

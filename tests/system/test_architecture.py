@@ -54,7 +54,7 @@ def staircase(tree):
 
 
 def strided_section(tree):
-    edit(tree, "modules/sleep/motion.f90", "contains\n",
+    edit(tree, "modules/sleep/cubes.f90", "contains\n",
          "contains\n  subroutine first(a)\n    associate (x => a%b(1, 2:4))\n      call second(norm2(x), x)\n"
          "    end associate\n  end subroutine first\n")
 

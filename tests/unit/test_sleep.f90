@@ -10,8 +10,8 @@ program test_sleep
   use simulation_nodes, only: nodes_t
   use simulation_run, only: budget_t, clock_t, e_sleep, m_impulse, m_mass, m_momentum, sleepers_t
   use simulation_scene, only: scene_t
+  use sleep_cubes, only: cube_middle, cube_size, start_tracking, track_motion
   use sleep_held_layer, only: hold_layer, record_sleeper_impulse
-  use sleep_motion, only: cube_middle, cube_size, start_tracking, track_motion
   use sleep_stress, only: c_wake_requests, c_mass, c_stress, find_active_cubes, n_cube_sums, &
                           n_particle_sums
   implicit none (type, external)

@@ -64,7 +64,7 @@ CONSTANTS = {
     "apart": (SLEEP, CRITERIA, *number("apart", "3.5", "1.75", "7.0")),
     "sleep_check_interval": (SLEEP, CRITERIA, *(f":: sleep_check_interval = {steps} " for steps in (200, 100, 400))),
     "max_deferred_fraction": (SLEEP, CRITERIA, *number("max_deferred_fraction", "0.05", "0.025", "0.1")),
-    "edge": (SLEEP, "modules/sleep/motion.f90", *(f":: edge = {cells} " for cells in (2, 1, 4))),
+    "edge": (SLEEP, "modules/sleep/cubes.f90", *(f":: edge = {cells} " for cells in (2, 1, 4))),
     "negligible": (SLEEP, "modules/sleep/held_layer.f90", *number("negligible", "1.0e-9", "0.5e-9", "2.0e-9")),
     "SLEEP_STRESS": (SLEEP, KEYS, *(f"'{part} if SLEEPING = auto or on', '(0,1)'" for part in ("1e-2", "5e-3", "2e-2"))),
     "SLEEP_HEAT": (SLEEP, KEYS, *(f"'{kelvin} if SLEEPING = auto or on', '(0,inf)'" for kelvin in (20, 10, 40))),

@@ -4,7 +4,7 @@
 !>
 !> Cubes of a few cells, the units of sleeping: their size and position. On graded axes they have
 !> as many spans as cells elsewhere.
-module sleep_motion
+module sleep_cubes
   use base_kinds, only: rp
   use grid_geometry, only: box_t, grid_t, section_across
   use simulation_nodes, only: nodes_t
@@ -155,4 +155,4 @@ contains
     upper_end = grid%grading(a)%position(edge*(c + 1) - 0.5_rp)
   end function upper_end
 
-end module sleep_motion
+end module sleep_cubes

@@ -2,7 +2,7 @@
 !> Velocities with which particles move, S S+ v, for output and for the inertial stress. They differ
 !> from the velocities carried by the particles where metal flows (null modes), and near surfaces,
 !> where constraints change the nodal velocities.
-module step_motion
+module step_grid_motion
   use base_kinds, only: nlane, rp
   use boundary_symmetry, only: r_filter, r_momentum, reflect, restore
   use mpm_blocks, only: gather_lanes, values_to_grid, weights_of
@@ -89,4 +89,4 @@ contains
     end associate
   end subroutine find_velocities
 
-end module step_motion
+end module step_grid_motion
