@@ -20,8 +20,7 @@ module io_frames
   use io_h5_attributes, only: write_attribute
   use io_h5_data, only: write_array, write_text
   use io_h5_file, only: h5file_t
-  use particles_store, only: f_flow, f_jac, f_plastic, f_pos, f_rate, f_tau, f_temp, particles_t, &
-                             tag_id
+  use particles_store, only: f_jac, f_pos, f_tau, field_t, particles_t, tag_id
   implicit none (type, external)
   private
 
@@ -49,7 +48,7 @@ contains
 
   !> Collective. Write a frame of particles.
   subroutine write_frame(world, path, time, step, cell, spacing, names, made_of, material, &
-                         origin, particles, extra_names, extra_units, extra, input_text, error)
+                         fields, particles, extra_names, extra_units, extra, input_text, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
     real(rp), intent(in) :: time             !! [s]
@@ -59,23 +58,32 @@ contains
     character(*), intent(in) :: names(:)     !! names of the bodies
     integer, intent(in) :: made_of(:)        !! material of each body
     character(*), intent(in) :: material(:)  !! names of the materials
-    integer, intent(in) :: origin            !! field of the initial position; 0: none
+    type(field_t), intent(in) :: fields(:)   !! fields of the particles to write
     type(particles_t), intent(in) :: particles
     character(*), intent(in) :: extra_names(:), extra_units(:)
     real(sp), intent(in), contiguous :: extra(:, :)      !! further scalars of each particle
     character(*), intent(in) :: input_text   !! input; that of rank 0 is written
     type(error_t), intent(inout) :: error
     type(h5file_t) :: file
-    integer :: k
+    character(:), allocatable :: name
+    integer :: i, k
 
     call begin_frame(file, world, path, time, step, cell, spacing, names, &
                      vector_of(particles, f_pos), input_text, error)
     call write_metadata(file, 'unit of Points: m', 1)
     call write_point_data(file, particles, made_of)
-    if (origin > 0) then
-      call write_array(file, point_data//'initial_position', vector_of(particles, origin))
-      call write_attribute(file, point_data//'initial_position', 'units', 'm')
-    end if
+    do k = 1, size(fields)
+      name = trim(fields(k)%name)
+      do i = 1, len(name)
+        if (name(i:i) == ' ') name(i:i) = '_'
+      end do
+      if (fields(k)%n == 3) then
+        call write_array(file, point_data//name, vector_of(particles, fields(k)%first))
+        call describe(file, name, trim(fields(k)%unit))
+      else
+        call write_scalar(file, name, trim(fields(k)%unit), field_of(particles, fields(k)%first))
+      end if
+    end do
     do k = 1, size(extra_names)
       call write_scalar(file, trim(extra_names(k)), trim(extra_units(k)), extra(:, k))
       if (extra_units(k) == '1') call write_metadata(file, 'unit of '//trim(extra_names(k))// &
@@ -165,8 +173,9 @@ contains
     call file%close(error)
   end subroutine write_tool_frame
 
-  !> Write the fields of the particles: the Cauchy stress with its pressure -tr(tau)/(3 J) and von
-  !> Mises stress sqrt(3/2) |dev tau|/J, and the grid velocities where they are known.
+  !> Write what follows from the fields of the particles: the Cauchy stress with its pressure
+  !> -tr(tau)/(3 J) and von Mises stress sqrt(3/2) |dev tau|/J, the grid velocities where they are
+  !> known, and the identity.
   subroutine write_point_data(file, particles, made_of)
     type(h5file_t), intent(inout) :: file
     type(particles_t), intent(in) :: particles
@@ -197,10 +206,6 @@ contains
         id(n) = tag_id(particles%tag(i, b))
       end do
     end do
-    call write_scalar(file, 'temperature', 'K', field_of(particles, f_temp))
-    call write_scalar(file, 'plastic_strain', '1', field_of(particles, f_plastic))
-    call write_scalar(file, 'strain_rate', '1/s', field_of(particles, f_rate))
-    call write_scalar(file, 'flow_stress', 'Pa', field_of(particles, f_flow))
     call write_scalar(file, 'pressure', 'Pa', pressure)
     call write_scalar(file, 'von_mises', 'Pa', mises)
     call write_array(file, point_data//'stress', stress)

@@ -214,7 +214,7 @@ contains
         call write_frame(sim%world, output%directory//'/'//frame_name(output%name, n), &
                          sim%clock%time, int(sim%clock%step), sim%scene%grid%h, &
                          body%mean_spacing(), body%name, body%material, sim%scene%material%name, &
-                         layout%origin, sim%particles, list%name, list%unit, outputs, &
+                         layout%shown(), sim%particles, list%name, list%unit, outputs, &
                          output%input_text, error)
       end associate
       call put_tools(sim%world, sim%scene, sim%clock, sim%tool, n, error)

@@ -7,7 +7,8 @@ module particles_store
   implicit none (type, external)
   private
 
-  public :: particles_t, layout_t, make_tag, tag_id, tag_faces, tag_rest, rests, set_rest, set_bit
+  public :: field_t, particles_t, layout_t, make_tag, tag_id, tag_faces, tag_rest, rests, &
+            set_rest, set_bit
 
   ! Fields of a particle; vectors take three, symmetric tensors six (xx, yy, zz, xy, yz, xz). Fields
   ! read by conduction are contiguous, and so are those read by the transfer to the grid.
@@ -31,17 +32,20 @@ module particles_store
   real(rp), parameter, public :: max_volume_ratio = 1.0e6_rp
 
   !> A field of the particles: its place, its name in messages and in the layout of a checkpoint.
+  !> Frames show the scalars and vectors that have a unit, with '_' for blanks in the name.
   type :: field_t
     integer :: first
     character(30) :: name
+    character(8) :: unit = ''
+    integer :: n = 1                         !! numbers, if it has a unit
   end type field_t
 
   type(field_t), parameter :: common(*) = [ &
-    field_t(f_pos, 'position'), field_t(f_mass, 'mass'), field_t(f_temp, 'temperature'), &
+    field_t(f_pos, 'position'), field_t(f_mass, 'mass'), field_t(f_temp, 'temperature', 'K'), &
     field_t(f_heat, 'waiting heat'), field_t(f_jac, 'volume ratio'), field_t(f_vel, 'velocity'), &
     field_t(f_tau, 'stress'), field_t(f_bbar, 'elastic strain'), &
-    field_t(f_plastic, 'plastic strain'), field_t(f_rate, 'strain rate'), &
-    field_t(f_flow, 'flow stress')]
+    field_t(f_plastic, 'plastic strain', '1'), field_t(f_rate, 'strain rate', '1/s'), &
+    field_t(f_flow, 'flow stress', 'Pa')]
 
   !> Positions of the fields that only some methods and scenes need; 0: absent.
   type :: layout_t
@@ -64,7 +68,7 @@ module particles_store
     integer :: tool_heat = 0
     type(field_t), allocatable, private :: more(:)   !! these fields, in the order of their places
   contains
-    procedure :: add => add_fields, name_of, places
+    procedure :: add => add_fields, name_of, places, shown
   end type layout_t
 
   !> Rest states of a particle: awake; held: gives only mass and a frozen force; asleep: inactive
@@ -116,19 +120,31 @@ module particles_store
 
 contains
 
-  !> Append an optional field of `n` numbers, the first of them at `place`, if it is absent.
-  pure subroutine add_fields(self, n, name, place)
+  !> Append an optional field of `n` numbers, the first of them at `place`, if it is absent. Frames
+  !> show it if it has a unit.
+  pure subroutine add_fields(self, n, name, place, unit)
     class(layout_t), intent(inout) :: self
     integer, intent(in) :: n
     character(*), intent(in) :: name
     integer, intent(inout) :: place
+    character(*), intent(in), optional :: unit
 
     if (place > 0) return
     place = self%n + 1
     self%n = self%n + n
     if (.not. allocated(self%more)) allocate (self%more(0))
-    self%more = [self%more, field_t(place, name)]
+    self%more = [self%more, field_t(place, name, n=n)]
+    if (present(unit)) self%more(size(self%more))%unit = unit
   end subroutine add_fields
+
+  !> Fields that frames show.
+  pure function shown(self) result(list)
+    class(layout_t), intent(in) :: self
+    type(field_t), allocatable :: list(:)
+
+    list = pack(common, common%unit /= '')
+    if (allocated(self%more)) list = [list, pack(self%more, self%more%unit /= '')]
+  end function shown
 
   !> Name of field `f`.
   pure function name_of(self, f) result(name)

@@ -40,7 +40,7 @@ contains
       end if
       if (field%has_motion) call check_motion(input, i, body, scene, field%has_force)
       call move_alloc(field, scene%body(body)%field)
-      call scene%layout%add(3, 'position at the start', scene%layout%origin)
+      call scene%layout%add(3, 'initial position', scene%layout%origin, 'm')
     end do
   end subroutine read_fields
 

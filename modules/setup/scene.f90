@@ -293,7 +293,7 @@ contains
       if (scene%grid%is_graded()) call layout%add(3, 'edge', layout%edges)
       if (m%transfer == transfer_apic) call layout%add(9, 'velocity gradient', layout%affine)
       if (tractions_have_boxes(input) .or. input%logical('OUTPUT', 1, 'INITIAL_POSITION')) then
-        call layout%add(3, 'position at the start', layout%origin)
+        call layout%add(3, 'initial position', layout%origin, 'm')
       end if
       if (input%count('TOOL') > 0) then
         call layout%add(1, 'distance to the surface', layout%surface_offset)

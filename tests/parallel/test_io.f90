@@ -15,7 +15,7 @@ program test_io
   use io_histories, only: compact, lines_t, table_t
   use io_samples, only: contents, discard, expect_error, expect_no_error, make_particles, put, &
                         sample_input
-  use particles_store, only: f_jac, f_pos, f_tau, particles_t, tag_id
+  use particles_store, only: f_jac, f_pos, f_tau, layout_t, particles_t, tag_id
   implicit none (type, external)
 
   character(*), parameter :: newline = new_line('a')
@@ -173,6 +173,7 @@ contains
   end subroutine test_notes
 
   subroutine test_frame()
+    type(layout_t) :: layout
     type(particles_t) :: p
     type(h5file_t) :: file
     type(error_t) :: error
@@ -194,7 +195,7 @@ contains
     extra(:, 2) = 2.0_sp
     call write_frame(world, base//'frame.hdf', 0.25_rp, 12, [1, 1, 1]*5.0e-4_rp, &
                      [1.0e-4_rp, 2.0e-4_rp], &
-                     ['plate  ', 'backing'], [1, 1], ['metal'], 0, p, &
+                     ['plate  ', 'backing'], [1, 1], ['metal'], layout%shown(), p, &
                      ['one', 'two'], ['m', '1'], extra, sample_input, &
                      error)
     call expect_no_error('frame is written', error)

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.skipif(not (BUILD / "CMakeCache.txt").exists(), reason=
 RATE, ACCELERATION, POWER = 4e3, 5e4, 300.0   # [1/s], [m/s2], [W/kg]
 STEP, STEPS = 1e-7, 400   # [s]
 
-# Counts steps in a state, pushes and heats the particles.
+# Counts steps in a state, pushes and heats the particles, which have the heat as a field in frames and checkpoints.
 METER = """
 module hooks_meter
   use base_kinds, only: rp
@@ -33,6 +33,7 @@ module hooks_meter
   public :: meter_t
   type, extends(hook_t) :: meter_t
     real(rp) :: push = 0.0_rp, power = 0.0_rp
+    integer :: received = 0
   contains
     procedure, nopass :: add_keys
     procedure :: read_keys, give_heat, after_step
@@ -54,6 +55,7 @@ contains
     self%column = [character(16) :: 'steps', 'heat']
     self%unit = [character(16) :: '', 'J']
     self%state = [0.0_rp]
+    call scene%layout%add(1, trim(self%name)//' heat', self%received, 'J')
   end subroutine read_keys
   subroutine give_heat(self, sim, dt)
     class(meter_t), intent(inout) :: self
@@ -64,6 +66,9 @@ contains
     do b = 1, sim%particles%nblk
       do p = 1, sim%particles%count(b)
         heat = dt*self%power*sim%particles%ps(p, f_mass, b)
+        associate (received => sim%particles%ps(p, self%received, b))
+          received = received + heat
+        end associate
         sim%particles%ps(p, f_heat, b) = sim%particles%ps(p, f_heat, b) + heat
         sim%budget%hooks(self%last + 2) = sim%budget%hooks(self%last + 2) + heat
       end do
@@ -261,8 +266,12 @@ def test_drag(run, ranks):
 
 
 def test_field(run):
-    """Exact: a field in the frames by the recipe, the coordinate along x, has its unit and equals that of the points."""
-    data, units, _ = driver.read_frame(run(sets={"OUTPUT.FRAME_INTERVAL": STEP * STEPS}).path("_000001.hdf"))
+    """Exact: a field in the frames by the recipe, the coordinate along x, has its unit and equals that of the points. The field of a hook
+    [J], in float: its sum is that of the history."""
+    done = run(sets={"OUTPUT.FRAME_INTERVAL": STEP * STEPS})
+    data, units, _ = driver.read_frame(done.path("_000001.hdf"))
+    assert units["meter2_heat"] == "J" and np.all(data["meter1_heat"] == 0.0) and np.all(data["meter2_heat"] > 0.0)
+    assert data["meter2_heat"].sum(dtype=float) == pytest.approx(done.history()["meter2_heat[J]"][-1], rel=1e-6)
     assert units["abscissa"] == "m" and np.ptp(data["abscissa"]) > 0.0 and np.array_equal(data["abscissa"], data["x"][:, 0])
 
 
