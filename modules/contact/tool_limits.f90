@@ -21,6 +21,7 @@ module contact_tool_limits
   use grid_geometry, only: length_along
   use mpm_faces, only: place_on_axis, scale_by_spans
   use particles_store, only: f_heat, f_jac, f_mass, f_plastic, f_pos, f_rate, f_tau, f_temp
+  use physics_flow_law, only: softening_from
   use physics_material, only: material_t
   use physics_stress, only: compute_flow_strength
   use simulation_nodes, only: nodes_t
@@ -35,7 +36,7 @@ module contact_tool_limits
 
   public :: cut_at_edges, covered_fraction_of
   public :: find_sliding_limits, limit_impulses
-  public :: depth_ratio, find_shear_layer, log_cosh_of, shear_layer_t
+  public :: depth_ratio, find_shear_layer, limit_beyond_strength, log_cosh_of, shear_layer_t
 
   !> Shear layers of the particles of a block.
   type :: shear_layer_t
@@ -224,10 +225,13 @@ contains
           end if
           shear = t%covered_fraction*shear
           t%shear_impulse = max(molten_limit, shear)
-          if (law%has_no_shear_limit() .and. shear > 0.0_rp) t%shear_impulse = no_limit
+          if (law%has_no_shear_limit() .and. shear > 0.0_rp) then
+            t%shear_impulse = limit_beyond_strength(scene%material(body%material), &
+                                                    near%ps(p, f_temp), shear)
+          end if
           t%melting_impulse = melting_heat(p)/max(1.0_rp/no_limit, norm2(t%slip))
           call find_friction_limits(law, coefficient(i), t)
-          if (t%shear_impulse >= no_limit .or. shear <= 0.0_rp) cycle
+          if (law%has_no_shear_limit() .or. shear <= 0.0_rp) cycle
           t%layer_depth = depth(p)
           t%face_area = t%covered_fraction*face
           t%softening = layer%softening(p)
@@ -240,6 +244,20 @@ contains
       end do
     end associate
   end subroutine limit_by_strength
+
+  !> Limit of friction that may exceed the strength `shear` of the metal: none up to a twentieth
+  !> below the melting point, and from there on decreasing to the strength at this point, which is
+  !> 0. Metal at the face would otherwise go on to heat molten metal at the nodes that they share.
+  elemental real(rp) function limit_beyond_strength(material, temp, shear) result(limit)
+    type(material_t), intent(in) :: material
+    real(rp), intent(in) :: temp                  !! temperature [K]
+    real(rp), intent(in) :: shear                 !! impulse of the strength [N s]
+
+    limit = no_limit
+    associate (from => softening_from(material%t_melt, 0.0_rp))
+      if (temp > from) limit = min(no_limit, shear*(material%t_melt - from)/(temp - from))
+    end associate
+  end function limit_beyond_strength
 
   !> Limits of the friction of a particle by the law and by melting, for the coefficient of the law.
   elemental subroutine find_friction_limits(law, coefficient, t)

@@ -47,9 +47,10 @@ def test_scenes_of_faults(seed, tmp_path):
     assert not wrong, (seed, wrong, text)
 
 
-@pytest.mark.parametrize("seed, factor", [(22, 1e6), (98, 1e6), (1004, 1e4)])
+@pytest.mark.parametrize("seed, factor", [(22, 1e6), (98, 1e6), (1004, 1e4), (1073, 1e5), (1076, 2e5)])
 def test_crumbs_without_inertia_of_light_nodes(seed, factor, tmp_path):
-    """A tool over the edge of a sheet presses crumbs of a few particles on the wall, without SELECTIVE_SCALING: they gain no energy."""
+    """A tool over the edge of a sheet presses crumbs of a few particles on the wall, without SELECTIVE_SCALING: they gain no energy. Friction beyond
+    the strength of metal at its solidus (98, 1073, 1076) does not heat molten metal at the same nodes: no metal is above it by 1 K."""
     text, _, is_molten = scenes.scene(random.Random(seed))
     (tmp_path / "tool.stl").write_text(scenes.mesh())
     place = tmp_path / "run"
@@ -57,7 +58,9 @@ def test_crumbs_without_inertia_of_light_nodes(seed, factor, tmp_path):
     (place / "scene.nml").write_text(text)
     done = scenes.driver.run("scene.nml", "--quiet", directory=place,
                              sets={"METHOD.SELECTIVE_SCALING": "off", "TIME.MASS_SCALING": factor})
-    assert not scenes.broken_law(done, is_molten)[1]
+    above, wrong = scenes.broken_law(done, is_molten)
+    assert not wrong
+    assert above < 1.0
     assert np.abs(done.results("scene").history()["audit_error[%]"]).max() < 1.0
 
 

@@ -5,7 +5,7 @@
 program test_shear_layer
   use base_kinds, only: nlane, rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use contact_tool_limits, only: find_shear_layer, no_limit, shear_layer_t
+  use contact_tool_limits, only: find_shear_layer, limit_beyond_strength, no_limit, shear_layer_t
   use contact_tool_loads, only: reduce_layer_rate
   use contact_tool_loads, only: give_heat
   use linear_law, only: linear_t
@@ -30,12 +30,26 @@ program test_shear_layer
   call test_linear_laws()
   call test_johnson_cook()
   call test_limits()
+  call test_limit_beyond_strength()
   call test_plastic_part()
   call test_mean_of_layer()
   call test_sums_of_face()
   call end_tests()
 
 contains
+
+  !> Friction beyond the strength, where none, half or all of the range below melting is passed.
+  subroutine test_limit_beyond_strength()
+    type(material_t) :: material
+
+    call expect('not molten', limit_beyond_strength(material, 1.0e4_rp, 3.0_rp) >= no_limit)
+    material%t_melt = 1000.0_rp
+    call expect('below the range', limit_beyond_strength(material, 950.0_rp, 3.0_rp) >= no_limit)
+    call expect_close('half the range', limit_beyond_strength(material, 975.0_rp, 3.0_rp), &
+                      6.0_rp, rtol=1.0e-12_rp)
+    call expect_close('at the melting point', limit_beyond_strength(material, 1000.0_rp, 3.0_rp), &
+                      3.0_rp, rtol=1.0e-12_rp)
+  end subroutine test_limit_beyond_strength
 
   !> Rate of plastic strain at which a law gives the stress sqrt(3) tau at strain 1 [1/s].
   real(rp) function rate_of(law, temp, tau)
