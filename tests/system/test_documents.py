@@ -75,6 +75,30 @@ def anchors_of(path):
     return {re.sub(r"[^\w -]", "", heading.lower()).strip().replace(" ", "-") for heading in headings}
 
 
+def missing_tests(text):
+    """What a table of tests names that is not there: files, functions of files, problems of verify.py."""
+    files = {path.name: path.read_text(encoding="utf-8") for folder in ("tests", "postproc/tests")
+             for path in (driver.ROOT / folder).rglob("*") if path.suffix in (".py", ".f90")}
+    problems = "".join(path.read_text(encoding="utf-8") for path in (driver.ROOT / "tests/verification/problems").glob("*.py"))
+
+    def is_there(name):
+        file, _, function = name.rpartition("::")
+        if name.startswith("verify.py "):
+            return all(f'name = "{problem}"' in problems for problem in name.split()[1:])
+        return name in files or f"{name}.f90" in files or f"def {function}(" in (files.get(file, "") if file else "".join(files.values()))
+
+    return [name for row in text.splitlines() if row.startswith("| ") for name in re.findall("`([^`]+)`", row.rsplit("|", 2)[1])
+            if not is_there(name)]
+
+
+def test_tests_of_the_kinds_exist():
+    """The tests that verification.md names for the kinds of faults are there; a name that is not is found."""
+    table = (driver.ROOT / "docs/verification.md").read_text(encoding="utf-8").split("<!-- kinds -->\n")[1].split("<!-- end")[0]
+    assert missing_tests(table) == []
+    wrong = ["test_none.py", "test_rooms", "test_room.py::test_ring", "verify.py taylor rings"]
+    assert missing_tests("".join(f"| a | b | `{name}`, `test_room.py` |\n" for name in wrong)) == wrong
+
+
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
 def test_links_lead_to_headings(path):
     """What stands behind the # of a link is a heading of the page that it leads to."""
