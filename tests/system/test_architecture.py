@@ -69,8 +69,8 @@ def whole_simulation(tree):
 
 
 def fourth_part(tree):
-    edit(tree, "modules/boundary/symmetry.f90", "    logical, allocatable :: used(:)\n",
-         "    logical, allocatable :: used(:)\n    type(probes_t) :: probes\n")
+    edit(tree, "modules/boundary/symmetry.f90", "    type(budget_t), intent(inout) :: budget\n",
+         "    type(budget_t), intent(inout) :: budget\n    type(probes_t) :: probes\n")
 
 
 def carries_no_more(tree):
@@ -105,7 +105,7 @@ def layer_without_content(tree):
 SPOILED = {
     "lines": [(use_upwards, "simulation has no USES io"),
               (whole_simulation, "takes the whole simulation"),
-              (fourth_part, "list_mirrors takes 4 parts of the simulation"), (carries_no_more, "no procedure of run_debris takes"),
+              (fourth_part, "record_impulse takes 4 parts of the simulation"), (carries_no_more, "no procedure of run_debris takes"),
               (staircase, "a comment behind code goes on"), (unused_layer, "hooks is linked to tools,"), (unused_library, "particles is linked to hdf5::fortran,"),
               (strided_section, "first passes x, a name of a section"), (unused_by_a_test, "test_sleep is linked to input,"),
               (old_table, "the table of the layers is out of date"),
