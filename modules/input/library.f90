@@ -63,7 +63,7 @@ contains
     call t%key('KEYS', 'text', 1, '', 'required', '', 'names of its keys')
     call t%key('TEXT', 'text', 1, '', 'required', '', 'the source')
     call t%key('RANGE', 'real', 2, '', '', '', 'range in which the values are known')
-    call t%key('SEEN', 'logical', 1, '', 'F', '', 'whether the values were compared with it')
+    call t%key('SEEN', 'logical', 1, '', 'F', '', 'the values were compared with the source')
   end function library_table
 
   !> Add the keys of a group that takes its friction or film from a &PAIR.

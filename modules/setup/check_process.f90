@@ -325,7 +325,7 @@ contains
                       'shown, and the run is estimated, as if they took their DURATION')
       end if
       if (any(survey%phase%name == 'press')) then
-        call log_line('             while the tool sinks by 1 mm/s, its DAMPING carries '// &
+        call log_line('             while the tool sinks at 1 mm/s, its DAMPING carries '// &
                       str(tool(k)%drive%damping*sqrt(scene%method%mass_scaling)/mm)// &
                       ' N of the FORCE')
       end if

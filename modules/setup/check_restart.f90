@@ -72,19 +72,18 @@ contains
     type(input_t), intent(in) :: old, new
     integer, intent(in) :: g
     real(rp), intent(in) :: time
-    character(:), allocatable :: group, of_them
+    character(:), allocatable :: before, group
     integer :: i, k, n(2)
 
     group = trim(new%table%groups(g)%name)
     n = [old%count(group), new%count(group)]
     if (new%table%groups(g)%repeats .or. group == 'HEAT') then
-      of_them = ''
-      if (n(1) > 1) of_them = ' '//str(n(1))//' of them'
+      before = ': the scene of the checkpoint has '//str(n(1))//' of them'
       do i = n(1) + 1, n(2)
-        call new%report(group, i, '', 'was added: the scene of the checkpoint has not'//of_them)
+        call new%report(group, i, '', 'was added'//before)
       end do
       do i = n(2) + 1, n(1)
-        call new%report(group, i, '', 'is missing: the scene of the checkpoint has'//of_them)
+        call new%report(group, i, '', 'is missing'//before)
       end do
     end if
     if (.not. new%table%groups(g)%repeats) n = 1   ! an absent group has its defaults

@@ -106,8 +106,8 @@ contains
     call t%key('SORT_INTERVAL', 'integer', 1, 'steps', '100', '[1,1000]', &
       'largest number of steps between two sorts of particles to cells and ranks')
     call t%key('DEBRIS', 'real', 1, '', '1e-3', '[0,1)', &
-      'fraction of the mass that may leave the grid, slower than pressure waves; the run ends '// &
-      'if more leaves, with 0 at the first particle')
+      'largest fraction of the mass that is removed where it leaves the grid; the run ends if '// &
+      'more leaves, or a particle that is faster than pressure waves')
     call t%key('REBALANCE', 'real', 1, '', '1.03', '[1,inf)', &
       'largest load of a rank over the mean load, above which the grid is repartitioned')
     call t%key('SLEEPING', 'choice', 1, '', 'auto', 'off auto on', &

@@ -55,7 +55,7 @@ contains
 
     call prepare(sim, allowed, place, speed)
     goes = remove_debris(sim, reason)
-    call expect('what stays is all there', particles_of(sim) == merge(n_all - 1, n_all, goes))
+    call expect('only the debris is removed', particles_of(sim) == merge(n_all - 1, n_all, goes))
     call free_simulation(sim)
   end function goes
 

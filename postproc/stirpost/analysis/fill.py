@@ -64,7 +64,8 @@ def kernels(length: float, depth: float) -> tuple[list[Kernel], list[Kernel]]:
     slender = STRETCH ** (-1.0 / 3.0)
     needle = Kernel(min(STRETCH * slender, 0.25 * length), slender, slender)
     plate = Kernel(0.25 * length, slender, max(0.25 * depth, slender))
-    slopes = int(np.ceil(0.5 * np.pi * plate.whole[2] / plate.whole[1]))  # rims of neighbours are two thicknesses apart
+    # Plates are turned about the track, each from the last one by an angle at which their rims are two thicknesses apart
+    slopes = int(np.ceil(0.5 * np.pi * plate.whole[2] / plate.whole[1]))
     rods = [Kernel(plate.along, a, a) for a in (np.sqrt(plate.thin * plate.wide), plate.wide)]
     return [needle, Kernel(1.0, 1.0, 1.0)], [Kernel(plate.along, plate.thin, plate.wide, np.pi * k / slopes) for k in range(slopes)] + rods
 

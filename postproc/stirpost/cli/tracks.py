@@ -114,7 +114,7 @@ def bounds(run: Run, x: np.ndarray):
 
 
 def outline(panel, cavity, across: int, up: int) -> None:
-    """The shadow of a cavity."""
+    """Draw the outline of a cavity, projected along the third axis."""
     third = 3 - across - up
     axes = [np.linspace(a - 1e-4, b + 1e-4, SAMPLES) for a, b in zip(cavity.low, cavity.high)]
     mesh = np.meshgrid(axes[across], axes[up], indexing="ij")
