@@ -40,10 +40,10 @@ module simulation_run
   end type step_t
 
   !> Simulated time and the quantities that determine the next step: equal on all ranks, stored in
-  !> checkpoints.
+  !> checkpoints; `now` is neither.
   type :: clock_t
+    type(step_t) :: now                  !! the current step on this rank
     integer(i8) :: step = 0
-    type(step_t) :: now                  !! the current step, not stored
     real(rp) :: time = 0.0_rp, dt = 0.0_rp
     integer(i8) :: sorted_at = -1        !! step of the last sort
     real(rp) :: displacement = 0.0_rp    !! largest particle displacement since the last sort [m]

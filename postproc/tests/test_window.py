@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The process window: what is set for a setting, and what it is called."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -39,6 +41,17 @@ def test_values_and_inputs_that_make_no_window(tmp_path, capsys):
     path.write_text("&TIME END = 1 /\n&MOTION TOOL = 'tool', SPIN_RPM = 300 /\n")
     assert cli.main(["window", str(path), "--rpm", "1,2", "--speed", "1,2"]) == 2
     assert "travels" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("kind, minor, flash, name", [
+    ("open", False, 0, "groove"), ("root", False, 0, "lack of fill"), ("closed", False, 0, "tunnel"), ("loose", False, 0, "loose metal"),
+    ("closed", True, 0, "small voids"), ("loose", True, 99, "small voids"), (None, True, 99, "flash"), (None, True, 0, "closed")])
+def test_closed_is_a_weld_without_any_void(kind, minor, flash, name, monkeypatch):
+    track = SimpleNamespace(all=[SimpleNamespace(kind=kind)] if kind else [], is_minor=lambda void: minor)
+    monkeypatch.setattr(window.voids, "of_run", lambda run: track)
+    options = SimpleNamespace(max_force=np.inf, max_torque=np.inf, flash=10.0)
+    found = {"flash over the section under the shoulder [%]": flash}
+    assert window.name_of(SimpleNamespace(summary={}), found, options) == name
 
 
 def test_the_map_has_a_field_for_each_setting_and_a_row_for_each_force():
