@@ -24,7 +24,7 @@ from .io.frames import (
     tool_surface,
 )
 from .io.mesh import Mesh
-from .io.table import Table, read_table
+from .io.table import read_table
 
 if TYPE_CHECKING:
     import pyvista as pv
@@ -47,7 +47,7 @@ class Scene(scene.Scene):
 
 
 class Run:
-    """The contents of a run directory: `frames` in the order of time, `history` and `probes` (None without them), `scene`,
+    """The contents of a run directory: `frames` in the order of time, `history` and `probes` (empty without them), `scene`,
     which is the input as it was run, `summary`. What cannot be read is left out, with a line in `faults` and on standard error."""
 
     def __init__(self, directory: Path | str):
@@ -59,9 +59,9 @@ class Run:
         self.name = run_name(self.directory)
         found: list[str] = []
         self.frames = list_frames(self.directory, self.name, found)
-        self.history: Table | None = read_table(self.directory / f"{self.name}_history.csv", found)
-        self.probes: Table | None = read_table(self.directory / f"{self.name}_probes.csv", found)
-        if not self.frames and self.history is None:
+        self.history = read_table(self.directory / f"{self.name}_history.csv", found)
+        self.probes = read_table(self.directory / f"{self.name}_probes.csv", found)
+        if not self.frames and not self.history:
             raise NoRun("; ".join(found) or
                         f"{directory}: no run here (no {self.name}_000000.hdf, no {self.name}_history.csv)")
         self.summary: dict | None = read_summary(self.directory / f"{self.name}_summary.json", found)
@@ -96,7 +96,7 @@ class Run:
             return len(frame.points()) > 0
 
         self.frames = [frame for frame in self.frames if self.attempt("a frame", sound, frame)]
-        if not self.frames and self.history is None:
+        if not self.frames and not self.history:
             raise NoRun("; ".join(self.faults))
 
     def spacing_of(self, body: int) -> float:

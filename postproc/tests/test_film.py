@@ -9,6 +9,9 @@ from PIL import Image
 
 from stirpost import cli
 from stirpost.cli import film
+from stirpost.io.frames import NoRun
+from stirpost.io.scene import Scene
+from stirpost.io.table import Table
 from stirpost.run import Run
 
 INPUT = f"&BODY NAME = 'plate' /\n&TOOL NAME = 'pin', RADIUS = {synthetic.SHOULDER} /\n"
@@ -39,6 +42,19 @@ def test_the_cut_follows_the_tool(plate):
         assert metal.points[:, 0].min() == pytest.approx(at, abs=1e-5)
         assert face[0][:, 0] == pytest.approx(at, abs=2e-5)
         assert tool.bounds[:, 0].mean() == pytest.approx(at + 0.012, abs=1e-4)
+
+
+def test_a_tool_that_makes_no_film_is_named(tmp_path):
+    """Without a tool, without its radius, or one that stands, the reason is told."""
+    run = Run(synthetic.make_run(tmp_path / "plate.out", spacing=0.004, frames=2, input_text=INPUT))
+    history, scene = run.history, run.scene
+    for reason in ("no tool", "no RADIUS of pin", "pin does not travel"):
+        run.history = Table([]) if reason == "no tool" else history
+        run.scene = Scene("") if "RADIUS" in reason else scene
+        if "travel" in reason:
+            run.history.frame[["pin_x", "pin_y"]] = 0.02
+        with pytest.raises(NoRun, match=reason):
+            film.Film(run, argparse.Namespace(colour="strain", behind=None, frames=2))
 
 
 def test_what_makes_no_film_is_one_line(plate, tmp_path, capsys):

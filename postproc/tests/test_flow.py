@@ -3,12 +3,14 @@
 
 import json
 
+import h5py
 import numpy as np
 import pytest
 import synthetic
 
 from stirpost.analysis.flow import Flow
 from stirpost.cli import flow
+from stirpost.io.frames import NoRun
 from stirpost.io.scene import Scene, Solid, cavity_of
 from stirpost.run import Run
 
@@ -118,6 +120,16 @@ def test_where_the_volume_went(tmp_path, quarter, spin):
     assert cavity["filled"] == pytest.approx(counts["cavity"] * H**3 / cavity["volume[m3]"], rel=2e-3)
     quarters = [cavity[f"{a}_{b}[m3]"] for a in ("rear", "front") for b in ("advancing", "retreating")]
     assert quarters == pytest.approx([counts["cavity"] * H**3 / 4] * 4, rel=2e-3)
+
+
+def test_a_frame_without_numbers_of_particles_is_named(tmp_path):
+    ids, start = plate(False)
+    run = make(tmp_path, start, [(t, ids, start) for t in (0.0, 5.0, 10.0)], text=text_of(0, False))
+    with h5py.File(run.frames[1].path, "a") as file:
+        del file["VTKHDF/PointData/id"]
+    run = Run(run.directory)
+    with pytest.raises(NoRun, match=r"a_000001.hdf: no field id"):
+        run.flow().measures(whole=True)
 
 
 def test_half_a_particle_counts_half(tmp_path):
@@ -230,5 +242,8 @@ def test_trapezoid_cylinder_and_sphere():
     }
     for text, volume in cuts.items():
         assert cavity_of(Scene(base + text), ["p"]).volume(1e-4) == pytest.approx(volume, rel=5e-3)
+    for text in ("", base.partition("&SHAPE")[0], base.rpartition("&SHAPE")[0], base + "LOWER = .2,.2,.2, UPPER = .3,.3,.3 /", base + "KIND = 'stl' /",
+                 base.replace("&SHAPE", "&NONE", 1) + "LOWER = .04,.013,.006, UPPER = .06,.027,.012 /"):
+        assert not cavity_of(Scene(text), ["p"])
     wide = Solid(dict(kind="trapezoid", lower=[0, 0, 0], upper=[1, 1, 1], along="x", across="y", width_lower=0.2, width_upper=1.0))
     assert wide.holds(np.array([[0.01, 0.5, 0.5], [0.01, 0.7, 0.5], [0.99, 0.9, 0.5]])).tolist() == [True, False, True]

@@ -100,7 +100,7 @@ def test_sections_follow_the_tool_where_the_history_tells_it(plate):
     assert [place[1] for place in places] == pytest.approx([0.02] * len(frames))
     scene = maps.build_scene(run, frames)
     assert [view.title.split("x = ")[1] for view in scene.cross][-1] == "80.0 mm"
-    run.history = None
+    run.history = Table([])
     places, follows = maps.section_positions(run, frames, clouds)
     assert follows == "the hottest place" and places[-1][0] == pytest.approx(0.08, abs=4e-3)
 

@@ -6,6 +6,7 @@ import synthetic
 from matplotlib.colors import Normalize
 
 from stirpost.analysis import surface
+from stirpost.io.frames import NoRun
 from stirpost.io.mesh import loops
 from stirpost.plots import maps, views
 from stirpost.run import Run
@@ -76,6 +77,8 @@ def test_bodies_that_move_as_one_share_a_surface(tmp_path, contact):
     run = Run(directory)
     mesh = surface.metal(run, run.frames[0], [])
     assert len(mesh.to_pyvista().split_bodies()) == 1 + contact
+    with pytest.raises(NoRun, match="two_000000.hdf: no field grain_size"):
+        surface.metal(run, run.frames[0], ["grain_size"])
     if not contact:
         view = maps.section(maps.View(run.frames[0], points.min(axis=0), points.max(axis=0), "", mesh, axis=0), points, 0.005, H)
         assert view.inside[3:-3, 3:-3].all()

@@ -58,7 +58,8 @@ def test_after_a_restart_the_later_rows_count(tmp_path):
     assert table["T1"].tolist() == [1, 2, 30, 40, 50]
 
 
-def test_nothing_to_read_is_none(tmp_path):
-    assert read_table(tmp_path / "absent.csv", []) is None
-    assert table_of(tmp_path, "") is None
-    assert table_of(tmp_path, "time[s],T1[K]\n") is None
+def test_nothing_to_read_is_an_empty_table(tmp_path):
+    assert len(read_table(tmp_path / "absent.csv", [])) == 0
+    for text in ("", "time[s],T1[K]\n", "time[s],T1[K]\nNaN,300\n", "x[m],T1[K]\n1,300\n"):
+        table = table_of(tmp_path, text)
+        assert not table and table.columns == table.with_unit("K") == table.matching(".*") == []

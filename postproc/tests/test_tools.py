@@ -92,5 +92,5 @@ def test_a_tool_named_like_a_pattern():
 
 def test_without_tools_there_is_nothing():
     bare = Table([Column("time", "s", np.arange(3.0)), Column("wall_force_x", "N", np.arange(3.0))])
-    assert tools_of(bare) == [] and tools_of(None) == [] and main_tool(bare) is None
+    assert tools_of(bare) == [] and tools_of(Table([])) == [] and main_tool(bare) is None
     assert curves.tool_loads(bare) is None and curves.wall_loads(bare) is not None

@@ -96,7 +96,7 @@ def test_limits_stand_in_the_document():
 def test_what_was_welded(run):
     assert summary.weld(run) == ("Pass of plate (copper), 100 x 40 x 12 mm; pin, shoulder radius 9 mm, pin radius 3 mm, pin length 4 mm; "
                                  "tilt 2\N{DEGREE SIGN}, 800.2 rpm, 5 mm/s over 60 mm.")
-    run.history, run.scene, run.frames = None, Scene(""), run.frames[:1]
+    run.history, run.scene, run.frames = Table([]), Scene(""), run.frames[:1]
     assert summary.weld(run) == "Pass of plate, 100 x 40 x 12 mm, without a tool."
 
 

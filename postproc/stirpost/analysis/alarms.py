@@ -74,7 +74,7 @@ def ended(run: Run) -> Check:
     if (run.directory / f"{run.name}_broken.h5").is_file():
         return Check("run", "broken down", RED, sections, f"The run broke down: its last state is in {run.name}_broken.h5.")
     times = [frame.time for frame in run.frames[-1:]]
-    if run.history is not None:
+    if run.history:
         times.append(float(run.history["time"][-1]))
     reached, end = max(times), run.scene.get("TIME.END")
     if run.summary is None:
@@ -178,10 +178,8 @@ def melting(run: Run) -> Check | None:
 
 def cells(run: Run) -> Check | None:
     tool = main_tool(run.history)
-    radius = run.scene.radius(tool.name) if tool is not None else None
-    if radius is None or not run.cell > 0:
+    if tool is None or not (count := run.scene.radius(tool.name) / run.cell) > 0.0:
         return None
-    count = radius / run.cell
     level = level_of(-count, -CELLS[0], -CELLS[1])
     text = "" if level == GREEN else (f"The grid has {count:.2g} cells over the radius of the tool: temperatures, force and torque "
                                       f"need {CELLS[0]:.0f} or more.")
@@ -203,9 +201,9 @@ def sleep(run: Run) -> Check | None:
 
 def largest_of(run: Run, name: str) -> float | None:
     """Largest magnitude of a column of the history, None without it."""
-    columns = run.history.matching(name) if run.history is not None else []
+    columns = run.history.matching(name)
     return float(np.nanmax(np.abs(columns[0].values))) if columns else None
 
 
-def number(value) -> float:
+def number(value: object) -> float:
     return float(value) if isinstance(value, (int, float)) and np.isfinite(value) else 0.0

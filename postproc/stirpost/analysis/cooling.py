@@ -6,8 +6,9 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,8 +29,8 @@ class Record:
     time: np.ndarray
     names: list[str]
     values: np.ndarray
-    units: list[str] | None = None  # None: K of all
-    others: list[str] | None = None  # headings of columns that were not read
+    units: list[str] = field(default_factory=list)  # empty: K of all
+    others: list[str] = field(default_factory=list)  # headings of columns that were not read
 
     @classmethod
     def read(cls, path: Path | str, unit: str | None = None, loads: bool = False, mark: str | None = None,
@@ -45,34 +46,34 @@ class Record:
                  if line.strip() and not line.lstrip().startswith("#")]
         if len(lines) < 2:
             raise ValueError(f"{path}: no rows")
-        (first, header), *lines = lines
-        mark = mark or next((c for c in ";\t" if c in header), ",")
+        (first, heading), *lines = lines
+        mark = mark or next((c for c in ";\t" if c in heading), ",")
         wrong: list[str] = []
-        header = next(csv.reader([header], delimiter=mark))
-        found, others = read_header(header, unit, wrong, loads, columns or {}, units or {}, faults is not None)
+        headings = next(csv.reader([heading], delimiter=mark))
+        found, others = read_header(headings, unit, wrong, loads, columns or {}, units or {}, faults is not None)
         wrong = [f"{path}:{first}: {text}" for text in wrong]
         rows = wrong if faults is None else []
         table = np.full((len(lines), len(found)), np.nan)
         last = -np.inf
         for row, (k, line) in enumerate(lines):
-            table[row] = read_row(next(csv.reader([line], delimiter=mark)), len(header), found, mark, f"{path}:{k}", rows)
+            table[row] = read_row(next(csv.reader([line], delimiter=mark)), len(headings), found, mark, f"{path}:{k}", rows)
             if table[row, 0] <= last:
                 rows.append(f"{path}:{k}: time does not rise")
                 table[row, 0] = np.nan
             last = np.fmax(last, table[row, 0])
-        for c, (_, name, zero, _, own) in enumerate(found[1:], 1):
+        for c, column in enumerate(found[1:], 1):
             cold = np.flatnonzero(table[:, c] < COLDEST)
-            if cold.size and own == "K" and zero == 0.0 and unit != "K":
-                wrong.append(f"{path}:{lines[cold[0]][0]}: {name} is {table[cold[0], c]:g} K: if that is degrees Celsius, "
-                             f"its heading is {name}[C]; if not, give --unit K")
+            if cold.size and column.unit == "K" and column.zero == 0.0 and unit != "K":
+                wrong.append(f"{path}:{lines[cold[0]][0]}: {column.name} is {table[cold[0], c]:g} K: if that is degrees Celsius, "
+                             f"its heading is {column.name}[C]; if not, give --unit K")
             if not wrong and not np.isfinite(table[:, c]).any():
-                wrong.append(f"{path}: {name} has no reading")
+                wrong.append(f"{path}: {column.name} has no reading")
         if wrong:
             raise ValueError("\n".join(first_of(wrong)))
         if faults is not None:
             faults += first_of(rows)
         table = table[np.isfinite(table[:, 0])]
-        return cls(table[:, 0], [column[1] for column in found[1:]], table[:, 1:], [column[4] for column in found[1:]], others)
+        return cls(table[:, 0], [column.name for column in found[1:]], table[:, 1:], [column.unit for column in found[1:]], others)
 
     def after(self, start: float) -> Record:
         """The rows from `start` on [s]."""
@@ -87,15 +88,24 @@ class Record:
             yield self.time[np.isfinite(t)], t[np.isfinite(t)]
 
 
+class Read(NamedTuple):
+    """A column that is read: its number, its name, and offset and factor that convert it to its unit."""
+
+    place: int
+    name: str
+    zero: float
+    factor: float
+    unit: str
+
+
 def first_of(complaints: list[str]) -> list[str]:
     more = len(complaints) - MOST_COMPLAINTS
     return complaints[:MOST_COMPLAINTS] + [f"and {more} more"] * (more > 0)
 
 
 def read_header(headings: list[str], unit: str | None, wrong: list[str], loads: bool, columns: dict[str, str],
-                units: dict[str, str], any_other: bool):
-    """For time, each thermocouple and each load: column, name, offset and factor that convert it to its unit, this unit; and the headings of the
-    other columns."""
+                units: dict[str, str], any_other: bool) -> tuple[list[Read], list[str]]:
+    """Time, each thermocouple and each load; and the headings of the other columns."""
     headings = [text.strip() for text in headings]
     matches = [HEADING.fullmatch(text) for text in headings]
     names = [text if match is None else match["name"] for text, match in zip(headings, matches)]
@@ -114,27 +124,27 @@ def read_header(headings: list[str], unit: str | None, wrong: list[str], loads: 
     factor = SECONDS.get(own[first])
     if not names[first].lower().startswith("t") or factor is None:
         wrong.append(f"the {'column of time' if 'time' in columns else 'first column'} is '{headings[first]}': expected time[s] (or ms, min, h)")
-    found, others = [(first, "time", 0.0, factor or 1.0, "s")], []
+    found, others = [Read(first, "time", 0.0, factor or 1.0, "s")], []
     for k, name in enumerate(names):
         known = own[k] or (unit or "").lower()
         if k == first:
             continue
         if known in ABOVE_KELVIN:
-            found.append((k, name, ABOVE_KELVIN[known], 1.0, "K"))
+            found.append(Read(k, name, ABOVE_KELVIN[known], 1.0, "K"))
         elif loads and known in LOADS:
-            found.append((k, name, 0.0, signs[k] * LOADS[known][1], LOADS[known][0]))
+            found.append(Read(k, name, 0.0, signs[k] * LOADS[known][1], LOADS[known][0]))
         elif not any_other and (not known or known.strip("°deg") in ("f", "fahrenheit")):
             wrong.append(f"column '{headings[k]}': expected {name or 'NAME'}[K] or {name or 'NAME'}[C], or --unit")
         else:
             others.append(headings[k])
-    named = [column[1] for column in found]
+    named = [column.name for column in found]
     wrong += [f"two columns are called {name}" for name in sorted(set(named)) if named.count(name) > 1]
     if len(found) == 1 and not wrong:
         wrong.append("no column of temperatures, as T1[K] or T1[C]" + (", or of loads, as torque[N m]" if loads else ""))
     return found, others
 
 
-def read_row(items: list[str], count: int, columns, mark: str, place: str, wrong: list[str]) -> list[float]:
+def read_row(items: list[str], count: int, columns: list[Read], mark: str, place: str, wrong: list[str]) -> list[float]:
     """Time and values of a line, in the units of their columns."""
     if len(items) != count:
         hint = " (numbers with decimal commas need ; or tabs between them)" if mark == "," and len(items) > count else ""
@@ -182,7 +192,7 @@ def rate_by_exponential(record: Record, room: float | None = None) -> np.ndarray
         low = t.min() - 0.5 * np.ptp(t) if room is None else room
         guess = [t[0] - low, 1.0 / span] + ([low] if room is None else [])
 
-        def curve(s, a, r, e=room):
+        def curve(s: np.ndarray, a: float, r: float, e: float | None = room) -> np.ndarray:
             return e + a * np.exp(-r * (s - start))
 
         try:
@@ -235,7 +245,7 @@ class Fit:
     trials: int
 
 
-def fit(residuals: Callable[[np.ndarray], list[np.ndarray]], start, low, high) -> Fit:
+def fit(residuals: Callable[[np.ndarray], list[np.ndarray]], start: np.ndarray, low: np.ndarray, high: np.ndarray) -> Fit:
     """Numbers between `low` and `high` that make the curves `residuals` smallest, by least squares."""
     from scipy.optimize import least_squares
 
@@ -298,7 +308,7 @@ def means(time: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:
     low, high = np.append(at[0], middle), np.append(middle, at[-1])
     area = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time))])
 
-    def upto(t):
+    def upto(t: np.ndarray) -> np.ndarray:
         k = np.clip(np.searchsorted(time, t) - 1, 0, len(time) - 2)
         end = np.interp(t, time, values)
         return area[k] + 0.5 * (values[k] + end) * (t - time[k])

@@ -3,15 +3,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import suppress
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..io.frames import Frame, NoRun
-from ..io.scene import Cavity, cavity_of
+from ..io.scene import cavity_of
 from . import metal
-from .tool_path import tool_path_of
+from .tool_path import ToolPath, tool_path_of
 from .tools import tools_of
 from .voids import Voids
 
@@ -53,8 +55,10 @@ class Flow:
         self.edges = metal.stretches(self.x0, self.x, self.edge0, self.body) * np.cbrt(self.volume)[:, None]
         reach = run.cell if np.isfinite(run.cell) else 2.0 * run.spacing
         self.whole, self.pieces = metal.connected(self.x, self.body, max(reach, 1.01 * run.spacing))
-        self.tool_path = tool_path_of(run, self.scene, frame.time)
-        self.cavity: Cavity | None = cavity_of(self.scene, self.bodies)
+        self.tool_path: ToolPath | None = None
+        with suppress(NoRun):  # measures without the track remain
+            self.tool_path = self.way
+        self.cavity = cavity_of(self.scene, self.bodies)
 
     def field(self, name: str, frame: Frame | None = None) -> np.ndarray | None:
         """A field in the order of the particles."""
@@ -62,7 +66,7 @@ class Flow:
         values = frame.field(name)
         if values is None:
             return None
-        ids = frame.field("id")
+        ids = frame.need("id")
         order = np.argsort(ids)
         return values[order][np.searchsorted(ids[order], self.number)].astype(float)
 
@@ -81,6 +85,11 @@ class Flow:
                 bulk = young / (3.0 * (1.0 - 2.0 * poisson))
                 ratio[own] *= 1.0 - (now["pressure"] - then["pressure"])[own] / bulk
         return ratio
+
+    @property
+    def way(self) -> ToolPath:
+        """The path of the tool; NoRun without one that travels."""
+        return self.tool_path or tool_path_of(self.run, self.scene, self.frame.time)
 
     @cached_property
     def voids(self) -> Voids:
@@ -108,12 +117,12 @@ class Flow:
         result[:, 4], result[:, 5] = within * ends, within * (1.0 - ends) * sides
         result[:, 6] = np.clip(1.0 - within - above, 0.0, 1.0)
         inside = within * (1.0 - ends) * (1.0 - sides)
-        if self.cavity is not None:
+        if self.cavity:
             result[:, 1] = inside * self.sampled(np.flatnonzero(inside > 0.0), *inner, self.cavity.holds)
         result[:, 0] = inside - result[:, 1]
         return result
 
-    def sampled(self, chosen: np.ndarray, low: np.ndarray, high: np.ndarray, holds) -> np.ndarray:
+    def sampled(self, chosen: np.ndarray, low: np.ndarray, high: np.ndarray, holds: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         """Fraction of each chosen box inside the region `holds`, 0 for the others. Boxes whose corners differ are sampled by points that are shifted
         from box to box, so that a boundary along a lattice is not resolved in steps."""
         found = np.zeros(len(low))
@@ -133,21 +142,21 @@ class Flow:
                     found[mixed] += holds(low[mixed] + place * size[mixed]) * PARTS**-3.0
         return found
 
-    def budget(self) -> dict:
+    def budget(self) -> dict[str, float | None]:
         """Volumes [m3]: increase in each region since the first frame, groove, expansion."""
         now, then = self.shares(self.x, self.edges), self.shares(self.x0, np.repeat(self.edge0[:, None], 3, axis=1))
         now[~self.whole] = np.eye(len(REGIONS))[REGIONS.index("debris")]
         gain = {name: float((now[:, k] * self.volume).sum() - (then[:, k] * self.volume0).sum())
                 for k, name in enumerate(REGIONS)}
-        result = {f"{name}[m3]": gain[name] for name in REGIONS[1:]}
-        result["expansion[m3]"] = float(self.volume.sum() - self.volume0.sum())
+        result: dict[str, float | None] = {f"{name}[m3]": gain[name] for name in REGIONS[1:]}
+        result["expansion[m3]"] = expansion = float(self.volume.sum() - self.volume0.sum())
         self.now_shares, self.then_shares = now, then
         if self.tool_path is None:
             return result
         depth, centres = self.depths(now[:, 0] * self.volume, then[:, 0] * self.volume0)
         strip = self.tool_path.passed(np.column_stack([centres, np.zeros(len(centres))]), beyond=self.spacing)
         groove = float(depth[strip].sum()) * self.spacing**2
-        left = sum(gain[name] for name in REGIONS[1:]) - result["expansion[m3]"]
+        left = sum(gain[name] for name in REGIONS[1:]) - expansion
         result["groove[m3]"] = groove
         result["sunk_beside[m3]"] = float(depth[~strip].sum()) * self.spacing**2
         result["closure"] = left / groove - 1.0 if groove > 0 else None
@@ -167,11 +176,12 @@ class Flow:
 
     # -- measures -------------------------------------------------------------------------------------------------
 
-    def measures(self, sections=None, strain: float = 1.0, isotherms=None, whole: bool = False) -> dict:
+    def measures(self, sections: list[float] | None = None, strain: float = 1.0, isotherms: list[float] | None = None,
+                 whole: bool = False) -> dict:
         """All measures; `whole` reads every frame, for the highest temperatures and the lengths of paths."""
-        result = {"time[s]": self.frame.time, "since[s]": self.first.time, "particles": len(self.x), "lost": self.lost,
-                  "flash": self.flash(), "volumes": self.budget()}
-        if self.cavity is not None:
+        result: dict = {"time[s]": self.frame.time, "since[s]": self.first.time, "particles": len(self.x), "lost": self.lost,
+                        "flash": self.flash(), "volumes": self.budget()}
+        if self.cavity:
             result["cavity"] = self.fill()
         if len(self.bodies) > 1:
             result["mixing"] = self.mixing()
@@ -184,16 +194,14 @@ class Flow:
         places = self.default_sections() if sections is None else sections
         result["stir_zone"] = [self.stir_zone(at, strain, peak, isotherms) for at in places]
         result["layers"] = self.layers(length)
-        try:
+        with suppress(NoRun):  # there is no track behind the tool yet
             result["voids"] = self.voids.measures()
-        except NoRun:  # there is no track behind the tool yet
-            pass
         return result
 
     def flash(self) -> dict:
         """Height of the metal above the first face on each side [m], without debris that has left its body."""
         top = self.x[:, 2] + 0.5 * self.edge0 - self.face
-        found = {"debris_pieces": self.pieces, "debris_particles": int((~self.whole).sum())}
+        found: dict[str, float] = {"debris_pieces": self.pieces, "debris_particles": int((~self.whole).sum())}
         side = self.side(self.x)
         for name, own in (("advancing", side > 0), ("retreating", side <= 0)):
             own = own & self.whole
@@ -251,16 +259,16 @@ class Flow:
 
     def default_sections(self) -> list[float]:
         """Places at quarters of the way, as coordinates along the travel."""
-        ends = self.tool_path.place[0] + self.tool_path.along * self.tool_path.length * np.array([[0.25], [0.5], [0.75]])
-        return [float(s) for s in self.tool_path.coordinate(np.column_stack([ends, np.zeros(3)]))]
+        ends = self.way.place[0] + self.way.along * self.way.length * np.array([[0.25], [0.5], [0.75]])
+        return [float(s) for s in self.way.coordinate(np.column_stack([ends, np.zeros(3)]))]
 
-    def stir_zone(self, at: float, limit: float, peak: np.ndarray | None, isotherms) -> dict:
+    def stir_zone(self, at: float, limit: float, peak: np.ndarray | None, isotherms: list[float] | None) -> dict:
         """In the slab of a spacing around a place along the travel: extent of strains above `limit`, and of isotherms."""
         strain = self.field("plastic_strain")
         strain = np.zeros(len(self.x)) if strain is None else strain
-        slab = (np.abs(self.tool_path.coordinate(self.x) - at) <= 0.5 * self.spacing * (1 + 1e-6)) & self.whole
+        slab = (np.abs(self.way.coordinate(self.x) - at) <= 0.5 * self.spacing * (1 + 1e-6)) & self.whole
         stirred = slab & (strain > limit)
-        found = {"at[m]": float(at), "strain_above": limit} | self.extent(stirred)
+        found: dict = {"at[m]": float(at), "strain_above": limit} | self.extent(stirred)
         if peak is None or not slab.any():
             return found
         if isotherms is None:
@@ -277,21 +285,21 @@ class Flow:
         """Depth below the first face, width and area of the chosen particles of a slab."""
         if not chosen.any():
             return {"depth[m]": 0.0, "width[m]": 0.0, "area[m2]": 0.0}
-        side, half = self.tool_path.side(self.x[chosen]), 0.5 * self.edge0[chosen]
+        side, half = self.way.side(self.x[chosen]), 0.5 * self.edge0[chosen]
         return {"depth[m]": max(0.0, self.face - float((self.x[chosen, 2] - half).min())),
                 "width[m]": float((side + half).max() - (side - half).min()),
                 "area[m2]": float(self.volume[chosen].sum() / self.spacing)}
 
     def layers(self, length: np.ndarray | None) -> list[dict]:
         """Of each layer of initial depth where the tool has passed wholly: how far it went along the plate."""
-        under = self.tool_path.passed(self.x0, margin=1.0)
+        under = self.way.passed(self.x0, margin=1.0)
         if not under.any():
             return []
         layer = np.floor((self.face - self.x0[:, 2]) / self.spacing).astype(int)
         moved = np.linalg.norm((self.x - self.x0)[:, :2], axis=1)
-        ahead = (self.x - self.x0)[:, :2] @ self.tool_path.along
-        began, ends = self.tool_path.side(self.x0), self.tool_path.side(self.x)
-        seconds = self.tool_path.seconds_under(self.x0[under])
+        ahead = (self.x - self.x0)[:, :2] @ self.way.along
+        began, ends = self.way.side(self.x0), self.way.side(self.x)
+        seconds = self.way.seconds_under(self.x0[under])
         under_it = np.zeros(len(self.x))
         under_it[under] = seconds
         rows = []
@@ -303,13 +311,13 @@ class Flow:
                    "displacement_median[m]": float(np.median(moved[own])),
                    "displacement_90[m]": float(np.quantile(moved[own], 0.9)),
                    "displacement_max[m]": float(moved[own].max()),
-                   "ahead_max_diameters": float(ahead[own].max() / (2 * self.tool_path.radius)),
+                   "ahead_max_diameters": float(ahead[own].max() / (2 * self.way.radius)),
                    "moved_more_than_spacing": float(far.sum() / own.sum()),
                    "of_moved_on_advancing_side": float((ends[far] > 0).mean()) if far.any() else None,
                    "of_moved_passed_to_advancing_side": float((ends[started] > 0).mean()) if started.any() else None,
                    "time_under_tool_mean[s]": float(under_it[own].mean())}
             if length is not None:
-                row["path_max_diameters"] = float(length[own].max() / (2 * self.tool_path.radius))
+                row["path_max_diameters"] = float(length[own].max() / (2 * self.way.radius))
             rows.append(row)
         return rows
 
@@ -318,7 +326,7 @@ class Flow:
         frames = [f for f in self.run.frames if f.time <= self.frame.time]
         length, last, peak = np.zeros(len(self.x)), self.x0, None
         for frame in frames[1:]:
-            ids, points = frame.field("id"), frame.points()
+            ids, points = frame.need("id"), frame.points()
             order = np.argsort(ids)
             place = points[order][np.searchsorted(ids[order], self.number)]
             length += np.linalg.norm(place - last, axis=1)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Set
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -58,7 +59,7 @@ def measure(run: Run, frame: Frame, rigid: frozenset[str]) -> Shape | None:
     )
 
 
-def metal_points(frame: Frame, rigid: set[str]) -> tuple[np.ndarray, np.ndarray]:
+def metal_points(frame: Frame, rigid: Set[str]) -> tuple[np.ndarray, np.ndarray]:
     """Positions of all particles but those of tools, and the numbers of their bodies from 0."""
     points, body = frame.points(), frame.bodies()
     keep = np.ones(len(points), dtype=bool)

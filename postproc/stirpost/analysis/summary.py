@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,14 +19,7 @@ Rows = list[tuple[str, str]]
 
 
 def key_figures(run: Run) -> Rows:
-    rows: Rows = []
-    if run.frames:
-        rows += frame_rows(run)
-    if run.history is not None:
-        rows += history_rows(run.history)
-    if run.probes is not None:
-        rows += probe_rows(run.probes)
-    return rows
+    return (frame_rows(run) if run.frames else []) + history_rows(run.history) + probe_rows(run.probes)
 
 
 def frame_rows(run: Run) -> Rows:
@@ -68,7 +62,7 @@ def shape_rows(run: Run) -> Rows:
     """Flash above the initial top face, debris apart, and groove below it at the end; none for a scene without a tool,
     or whose metal has not moved."""
     tools = tools_of(run.history)
-    if run.history is not None and not tools:
+    if run.history and not tools:
         return []
     shape = metal.measure(run, run.frames[-1], frozenset(tool.name for tool in tools))
     if shape is None:
@@ -123,7 +117,7 @@ def phase_tables(run: Run) -> list[tuple[str, list[str], list[list[str]]]]:
         phases = tool.phases()
         if not phases:
             continue
-        columns = [column for load in LOADS if (column := tool.column(load)) is not None]
+        columns = [column for load in LOADS for column in tool.loads(load)]
         scales = [units.scaled(float(np.nanmax(np.abs(column.values))), column.unit) for column in columns]
         hottest = next(iter(run.history.matching("temperature_max")), None)
         headings = ["phase", "time [s]", "way [mm]"]
@@ -152,16 +146,14 @@ Process = tuple[list[str], list[tuple[str, list[str], str]]]
 def process_table(run: Run) -> Process | None:
     """Prescribed process parameters of the tool with the most work: headings, and rows of a quantity, its values in each phase and over all, and
     warnings. None without a tool whose position is known."""
-    tool = main_tool(run.history)
-    phases = tool.phases() if tool is not None else []
-    if not phases:
+    tool, history = main_tool(run.history), run.history
+    if tool is None or not (phases := tool.phases()):
         return None
-    history = run.history
     shown = [phase for phase in phases if phase.kind not in ("approach", "away")]
     spans = [*shown, Phase("whole run", 1, len(history) - 1)]
     rows = [("time [s]", [f"{history['time'][p.first - 1]:.4g} to {history['time'][p.last]:.4g}" for p in spans], "")]
 
-    def remark(check) -> str:
+    def remark(check: Callable[[Run], alarms.Check | None]) -> str:
         found = run.attempt("a check", check, run)
         return found.text if found is not None else ""
 
@@ -171,12 +163,10 @@ def process_table(run: Run) -> Process | None:
     beside = {"force_z": alarms.inertia, "torque": alarms.weld}
     for load, words in (("force_z", "axial force"), ("force_x", "force along the track"), ("force_y", "force across"),
                         ("torque", "torque"), ("power", "power")):
-        column = tool.column(load)
-        if column is None:
-            continue
-        factor, unit = units.scaled(float(np.nanmax(np.abs(column.values))), column.unit)
-        values = [f"{figure(factor * tool.mean(column, p), 4)}; {figure(factor * largest(column.values, p), 4)}" for p in spans]
-        rows.append((f"{words} [{unit}], mean; peak", values, remark(beside[load]) if load in beside else ""))
+        for column in tool.loads(load):
+            factor, unit = units.scaled(float(np.nanmax(np.abs(column.values))), column.unit)
+            values = [f"{figure(factor * tool.mean(column, p), 4)}; {figure(factor * largest(column.values, p), 4)}" for p in spans]
+            rows.append((f"{words} [{unit}], mean; peak", values, remark(beside[load]) if load in beside else ""))
     shares = [figure(tool.friction_share(p), 3) for p in spans]
     rows.append(("share of friction in the heat [%]", shares, remark(alarms.audit)))
     return [phase.kind for phase in spans], rows
@@ -185,27 +175,19 @@ def process_table(run: Run) -> Process | None:
 def measures(run: Run) -> dict[str, float]:
     """Quantities that studies compare, with units: of the run, and of the tool that does the most work after its plunge
     (during all of its contact if it only plunges)."""
-    found: dict[str, float] = {}
-    history = run.history
-    if history is not None:
-        for column in history.matching("temperature_max"):
-            found["highest temperature [K]"] = float(np.nanmax(column.values))
-        for column in history.matching("friction_heat|plastic_work"):
-            found[f"{units.words(column.name)} [J]"] = last_number(column)
-    tool = main_tool(history)
+    history, tool = run.history, main_tool(run.history)
+    found = {"highest temperature [K]": float(np.nanmax(column.values)) for column in history.matching("temperature_max")}
+    found |= {f"{units.words(column.name)} [J]": last_number(column) for column in history.matching("friction_heat|plastic_work")}
     if tool is not None:
         phases = [p for p in tool.phases() if p.kind in ("travel", "dwell")] or [Phase("all", 1, len(history) - 1)]
         steady = phases[-1]
         found["from [s]"] = float(history["time"][steady.first - 1])
         for load, words, unit in (("force_z", "axial force", "N"), ("force_x", "force along x", "N"), ("torque", "torque", "N m"),
                                   ("power", "power", "W")):
-            column = tool.column(load)
-            if column is not None:
+            for column in tool.loads(load):
                 found[f"{words}, mean [{unit}]"] = tool.mean(column, steady)
                 found[f"{words}, peak [{unit}]"] = abs(largest(column.values, Phase("all", 0, len(history) - 1)))
-    if run.probes is not None:
-        for column in run.probes.with_unit("K"):
-            found[f"{column.name}, peak [K]"] = float(np.nanmax(column.values))
+    found |= {f"{column.name}, peak [K]": float(np.nanmax(column.values)) for column in run.probes.with_unit("K")}
     if run.frames and tool is not None:
         shape = metal.measure(run, run.frames[-1], frozenset(t.name for t in tools_of(history)))
         if shape is not None:

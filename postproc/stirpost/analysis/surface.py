@@ -51,7 +51,7 @@ def metal(run: Run, frame: Frame, names: list[str], coarser: float = 1.0) -> Mes
 @lru_cache(maxsize=2)
 def kept(run: Run, frame: Frame, names: tuple[str, ...], coarser: float) -> Mesh:
     points, body = frame.points(), frame.bodies()
-    fields = {name: frame.field(name) for name in names}
+    fields = {name: frame.need(name) for name in names}
     parts = []
     for (spacing, _), numbers in joined(run, frame).items():
         own = np.isin(body, numbers)

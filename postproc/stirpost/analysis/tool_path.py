@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..io.frames import NoRun
 from ..io.scene import Scene
 from .tools import Tool, main_tool
 
@@ -33,10 +34,14 @@ class ToolPath:
         axis = int(np.abs(self.along).argmax())
         return x[:, axis] if abs(self.along[axis]) > 1.0 - 1e-9 else x[:, :2] @ self.along
 
+    @property
+    def across(self) -> np.ndarray:
+        """Direction of the advancing side, to the left without spin."""
+        return np.array([-self.along[1], self.along[0]]) if self.advancing is None else self.advancing
+
     def side(self, x: np.ndarray) -> np.ndarray:
         """Distance from the path, positive on the advancing side."""
-        across = np.array([-self.along[1], self.along[0]]) if self.advancing is None else self.advancing
-        return (x[:, :2] - self.place[0]) @ across
+        return (x[:, :2] - self.place[0]) @ self.across
 
     def progress(self, x: np.ndarray) -> np.ndarray:
         """How far along the path from its start."""
@@ -70,28 +75,26 @@ class ToolPath:
         return total
 
 
-def tool_path_of(run: Run, scene: Scene, until: float) -> ToolPath | None:
-    """The path of the tool with the most work until a time [s], while it touches; None without one that travels."""
+def tool_path_of(run: Run, scene: Scene, until: float) -> ToolPath:
+    """The path of the tool with the most work until a time [s], while it touches; NoRun without one that travels."""
     tool = main_tool(run.history)
     if tool is None:
-        return None
+        raise NoRun(f"{run.directory}: no tool whose position the history has")
     radius = scene.radius(tool.name)
-    if radius is None:
-        return None
+    if not radius > 0.0:
+        raise NoRun(f"{run.directory}: the input has no RADIUS of {tool.name}")
     time = run.history["time"]
     rows = tool.presses() & (time <= until * (1 + 1e-9))
-    if rows.sum() < 2:
-        return None
-    place = np.column_stack([tool.column(axis).values for axis in "xy"])[rows]
-    path = place[-1] - place[0]
+    place = tool.pose[rows, :2]
+    path = place[-1] - place[0] if len(place) else np.zeros(2)
     length = np.linalg.norm(path)
     if length < 1e-3 * radius:
-        return None
+        raise NoRun(f"{run.directory}: {tool.name} does not travel until {until:g} s")
     along = path / length
     off = (place - place[0]) @ np.array([-along[1], along[0]])
     if np.abs(off).max() > STRAIGHT * radius:
         raise ValueError(f"the path of {tool.name} is not straight: it has no advancing side")
-    angle = tool.column("angle")
-    turned = 0.0 if angle is None else float(np.nan_to_num(angle.values[rows][-1] - angle.values[rows][0]))
+    angle = tool.values("angle")[rows]
+    turned = float(np.nan_to_num(angle[-1] - angle[0]))
     advancing = None if turned == 0.0 else np.sign(turned) * np.array([-along[1], along[0]])
     return ToolPath(tool, radius, time[rows], place, along, advancing)

@@ -38,24 +38,28 @@ class Tool:
     def loads(self, pattern: str) -> list[Column]:
         return self.history.matching(re.escape(self.name) + "_" + pattern)
 
+    def values(self, quantity: str) -> np.ndarray:
+        """Those of a column, NaN without it."""
+        column = self.column(quantity)
+        return np.full(len(self.history), np.nan) if column is None else column.values
+
+    @property
+    def pose(self) -> np.ndarray:
+        """Its reference point in each row (n, 3) [m]; NaN where the history does not have it."""
+        return np.column_stack([self.values(axis) for axis in "xyz"])
+
     @property
     def has_pose(self) -> bool:
-        return all(self.column(axis) is not None for axis in "xyz")
+        return bool(np.isfinite(self.pose).any(axis=0).all())
 
-    def place(self, time: float) -> np.ndarray | None:
-        """Its reference point [m] at a time, None if the history does not have it."""
-        if not self.has_pose:
-            return None
-        columns = [self.column(axis).values for axis in "xyz"]
-        there = [np.isfinite(values) for values in columns]
-        return np.array([np.interp(time, self.history["time"][k], values[k]) for k, values in zip(there, columns)])
+    def place(self, time: float) -> np.ndarray:
+        """Its reference point at a time [m]; the tool needs a pose."""
+        there = np.isfinite(self.pose)
+        return np.array([np.interp(time, self.history["time"][k], values[k]) for k, values in zip(there.T, self.pose.T)])
 
     def work(self) -> float:
         """Its work over the history [J]."""
-        power = self.column("power")
-        if power is None:
-            return 0.0
-        return float(np.nansum(np.abs(power.values) * lengths(self.history)))
+        return float(np.nansum(np.abs(self.values("power")) * lengths(self.history)))
 
     def presses(self) -> np.ndarray:
         """Rows in which it has a load."""
@@ -66,12 +70,12 @@ class Tool:
         return touched
 
     def phases(self) -> list[Phase]:
-        """Phases of the tool, consecutive rows put together: approach, plunge, dwell, travel, lift, rest, away. None without a pose, or if it moves
-        back and forth."""
+        """Phases of the tool, consecutive rows put together: approach, plunge, dwell, travel, lift, rest, away. Empty without a pose, or if it
+        moves back and forth."""
         if not self.has_pose or len(self.history) < 2:
             return []
         span = np.diff(self.history["time"])
-        moved = np.array([np.diff(self.column(axis).values) for axis in "xyz"]) / np.maximum(span, 1e-300)
+        moved = np.diff(self.pose.T) / np.maximum(span, 1e-300)
         along, down = np.hypot(moved[0], moved[1]), moved[2]
         speed = np.hypot(along, down)
         stands = speed <= SLOW * max(speed.max(), 1e-300)
@@ -103,8 +107,7 @@ class Tool:
 
     def rubs(self) -> np.ndarray:
         """Rows in which it rubs."""
-        power = self.column("friction_power")
-        return np.ones(len(self.history), dtype=bool) if power is None else power.values != 0.0
+        return self.values("friction_power") != 0.0
 
     def friction_share(self, phase: Phase) -> float:
         """Its friction over all friction and plastic work in a phase [%], NaN where there is none."""
@@ -123,15 +126,13 @@ def lengths(history: Table) -> np.ndarray:
     return np.diff(history["time"], prepend=history["time"][0])
 
 
-def tools_of(history: Table | None) -> list[Tool]:
+def tools_of(history: Table) -> list[Tool]:
     """The tools of a history, the one with the most work first."""
-    if history is None:
-        return []
     names = [c.name[: -len("_torque")] for c in history.columns if c.name.endswith("_torque") and c.unit == "Nm"]
     return sorted((Tool(history, name) for name in names), key=lambda tool: -tool.work())
 
 
-def main_tool(history: Table | None) -> Tool | None:
+def main_tool(history: Table) -> Tool | None:
     """The tool that does the most work, among those whose position is known."""
     return next((tool for tool in tools_of(history) if tool.has_pose), None)
 

@@ -13,6 +13,7 @@ from ..io.table import read_frame
 
 if TYPE_CHECKING:
     import pandas as pd
+    import pyvista as pv
 
     from ..run import Run
 
@@ -60,7 +61,7 @@ class Tracks:
         return np.repeat(values, self.ends - self.begins)
 
 
-def polydata(tracks: Tracks):
+def polydata(tracks: Tracks) -> pv.PolyData:
     """One line per tracer."""
     import pyvista as pv
 

@@ -48,11 +48,9 @@ class Voids:
     """Voids of the track behind the tool, on a raster along the way (s), across it (n) and in height (z)."""
 
     def __init__(self, flow: Flow):
-        way = flow.tool_path
-        if way is None:
-            raise NoRun("no tool that travels straight: no track")
-        keys = flow.scene.of("tool", way.tool.name)
-        self.flow, self.pin = flow, float(keys.get("pin_radius") or 0.0)
+        self.flow = flow
+        self.way = way = flow.way
+        self.pin = float(flow.scene.of("tool", way.tool.name).get("pin_radius") or 0.0)
         self.edge = h = flow.spacing
         self.cell = flow.run.cell if np.isfinite(flow.run.cell) else 2.0 * h
         self.until = way.length - (self.pin or way.radius) - self.cell
@@ -63,14 +61,14 @@ class Voids:
         s, n, z = (np.arange(a + 0.5 * self.step, b, self.step) for a, b in (
             (0.0, self.until), (-way.radius, way.radius), (flow.low[2], self.lid)))
         middle = way.side(0.5 * (flow.low + flow.high)[None])[0]
-        half = 0.5 * np.abs((flow.high - flow.low)[:2] @ np.array([-way.along[1], way.along[0]]))
+        half = 0.5 * np.abs((flow.high - flow.low)[:2] @ way.across)
         n = n[np.abs(n - middle) < half]
         if not len(n) or len(z) < 2 * STEPS:
             raise NoRun("no metal under the track, or less than two particles")
         self.axes = s, n, z
         self.place = np.column_stack([way.progress(flow.x), way.side(flow.x), flow.x[:, 2]])
         missing = 1.0 - self.filled()
-        if flow.cavity is not None:
+        if flow.cavity:
             missing[flow.cavity.holds(self.points()).reshape(missing.shape)] = 0.0
         self.missing = Missing(missing)
         self.fill = 1.0 - self.missing.mean
@@ -99,11 +97,8 @@ class Voids:
 
     def points(self) -> np.ndarray:
         """Places of the raster (n, 3) [m]."""
-        way = self.flow.tool_path
         s, n, z = (a.ravel() for a in np.meshgrid(*self.axes, indexing="ij"))
-        left = np.array([-way.along[1], way.along[0]])
-        across = left if way.advancing is None else way.advancing
-        return np.column_stack([way.place[0] + s[:, None] * way.along + n[:, None] * across, z])
+        return np.column_stack([self.way.place[0] + s[:, None] * self.way.along + n[:, None] * self.way.across, z])
 
     def listed(self) -> list[Void]:
         """The voids, the largest section first."""
@@ -134,8 +129,7 @@ class Voids:
         return sorted(found, key=lambda void: -void.area)
 
     def coordinate(self, s: float) -> float:
-        way = self.flow.tool_path
-        return float(way.coordinate(np.append(way.place[0] + s * way.along, 0.0)[None])[0])
+        return float(self.way.coordinate(np.append(self.way.place[0] + s * self.way.along, 0.0)[None])[0])
 
     @property
     def smallest(self) -> dict[str, float]:
@@ -144,13 +138,13 @@ class Voids:
         tunnel, pore, seam = self.missing.smallest
         cell = self.flow.run.cell
         return {"smallest_tunnel_of_particles[m2]": tunnel * self.edge**2,
-                "smallest_tunnel_of_cells[m2]": 0.25 * np.pi * cell**2 if np.isfinite(cell) else None,
+                **({"smallest_tunnel_of_cells[m2]": 0.25 * np.pi * cell**2} if np.isfinite(cell) else {}),
                 "smallest_pore[m3]": pore * self.edge**3, "smallest_seam[m]": seam * self.edge}
 
     @property
     def resolved(self) -> float:
         """The smallest section of a tunnel that particles and cells resolve [m2]."""
-        return max(x for key, x in self.smallest.items() if key.endswith("[m2]") and x is not None)
+        return max(x for key, x in self.smallest.items() if key.endswith("[m2]"))
 
     @property
     def loose(self) -> float:
@@ -162,10 +156,10 @@ class Voids:
         s = self.axes[0]
         inner, volume = ~self.missing.found, sum(v.volume for v in self.all)
         inner[:, :, -STEPS:] = False
-        result = {"from[m]": self.coordinate(0.0), "until[m]": self.coordinate(self.until), "lid_below_face[m]": self.flow.face - self.lid,
-                  **self.smallest, "volume[m3]": volume, "area_max[m2]": self.all[0].area if self.all else 0.0, "loose_max[m2]": self.loose,
-                  "count": len(self.all), "missing_elsewhere[m3]": float(self.missing.missing[inner].sum()) * self.step**3,
-                  "disorder[m3]": float(np.sqrt(inner.sum() * self.step**3 * self.edge**3))}
+        result: dict = {"from[m]": self.coordinate(0.0), "until[m]": self.coordinate(self.until), "lid_below_face[m]": self.flow.face - self.lid,
+                        **self.smallest, "volume[m3]": volume, "area_max[m2]": self.all[0].area if self.all else 0.0, "loose_max[m2]": self.loose,
+                        "count": len(self.all), "missing_elsewhere[m3]": float(self.missing.missing[inner].sum()) * self.step**3,
+                        "disorder[m3]": float(np.sqrt(inner.sum() * self.step**3 * self.edge**3))}
         for kind in KINDS:
             result[f"{kind}[m3]"] = sum(v.volume for v in self.all if v.kind == kind)
         level, words = self.verdict()
@@ -182,7 +176,7 @@ class Voids:
     def side(self, void: Void) -> str:
         if abs(void.offset) < 0.5 * self.edge:
             return "in the middle"
-        sides = ("advancing", "retreating") if self.flow.tool_path.advancing is not None else ("left", "right")
+        sides = ("advancing", "retreating") if self.way.advancing is not None else ("left", "right")
         return f"on the {sides[void.offset < 0]} side"
 
     def is_minor(self, void: Void) -> bool:
@@ -213,14 +207,14 @@ def lid_of(flow: Flow) -> float:
     tilt = tool.column("tilt")
     lean = (np.sin(np.abs(np.nan_to_num(tilt.values[rows]))) if tilt is not None
             else np.sin(np.radians(abs(float(flow.scene.of("tool", tool.name).get("tilt_deg", 0.0))))))
-    return min(flow.face, float(np.nanmin(tool.column("z").values[rows] - flow.scene.radius(tool.name) * lean)))
+    return min(flow.face, float(np.nanmin(tool.pose[rows, 2] - flow.scene.radius(tool.name) * lean)))
 
 
 def shoulder_of(flow: Flow) -> Tool:
     """The widest of the tools that press above the one of the track, or that one."""
-    pin = flow.tool_path.tool
+    pin = flow.way.tool
     above = [tool for tool in tools_of(flow.run.history) if tool.has_pose and tool.presses().any()
-             and (flow.scene.radius(tool.name) or 0.0) > flow.tool_path.radius and tool.place(flow.frame.time)[2] > pin.place(flow.frame.time)[2]]
+             and flow.scene.radius(tool.name) > flow.way.radius and tool.place(flow.frame.time)[2] > pin.place(flow.frame.time)[2]]
     return max(above, key=lambda tool: flow.scene.radius(tool.name), default=pin)
 
 
@@ -236,7 +230,7 @@ def rows(result: dict) -> list[tuple[str, str]]:
         found.append(("largest section: place along the travel; depth below the first top face; off the middle (advancing side is positive)",
                       "; ".join(units.mm(worst[f"{k}[m]"], 1, 3) for k in ("at", "depth", "offset"))))
     found.append(("smallest tunnel that particles resolve; that cells resolve; smallest pore; smallest width of a seam through the sheet",
-                  "; ".join([units.mm(result["smallest_tunnel_of_particles[m2]"], 2, 2), units.mm(result["smallest_tunnel_of_cells[m2]"], 2, 2),
+                  "; ".join([units.mm(result["smallest_tunnel_of_particles[m2]"], 2, 2), units.mm(result.get("smallest_tunnel_of_cells[m2]"), 2, 2),
                              units.mm(result["smallest_pore[m3]"], 3, 2), units.mm(result["smallest_seam[m]"], 1, 2)])))
     return found
 

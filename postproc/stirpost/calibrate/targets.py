@@ -111,7 +111,7 @@ def read(text: str, known: Run) -> Target:
     except (TypeError, ValueError):
         raise ValueError(f"{wrong}expected NAME[@AT][UNIT]=VALUE,UNCERTAINTY") from None
     name = found["name"]
-    columns = {c.name: c.unit for t in (known.history, known.probes) if t is not None for c in t.columns}
+    columns = {c.name: c.unit for t in (known.history, known.probes) for c in t.columns}
     unit = columns.get(name) if len(at) == 2 else "K" if not at and columns.get(name.removesuffix("_peak")) == "K" else \
         {name: row[0] for name, row in (AT if len(at) == 1 else MEASURES if not at else {}).items()}.get(name)
     if unit is None:

@@ -116,7 +116,7 @@ class Curve:
 
 def table_of(run: Run, name: str) -> Table:
     for table in (run.probes, run.history):
-        if table is not None and name in table:
+        if name in table:
             return table
     raise ValueError(f"{run.directory}: no column {name}")
 
@@ -124,10 +124,8 @@ def table_of(run: Run, name: str) -> Table:
 def measured(paths: list[Path], unit: str | None, known: Run, start: float | None, end: float | None,
              errors: dict[str, float]) -> list[Curve]:
     """The curves of some files, whose names are columns of the run; all mistakes are reported in one error."""
-    none = "" if known.probes is not None else f", which has no {known.name}_probes.csv"
-    columns = {}
-    for table in (known.history, known.probes):
-        columns |= {} if table is None else {c.name: c.unit for c in table.columns if c.unit in ("K", "N", "Nm", "W")}
+    none = "" if known.probes else f", which has no {known.name}_probes.csv"
+    columns = {c.name: c.unit for table in (known.history, known.probes) for c in table.columns if c.unit in ("K", "N", "Nm", "W")}
     found, wrong = [], []
     for path in paths:
         record = Record.read(path, unit, loads=True)

@@ -103,7 +103,7 @@ def loads(runs: list[Run], names: list[str]):
     tools = [main_tool(run.history) for run in runs]
     wanted = [("force_z", "axial force"), ("force_x", "force along x"), ("torque", "torque"), ("power", "power")]
     panels = [(words, [tool.column(name) if tool else None for tool in tools]) for name, words in wanted]
-    hottest = [next(iter(run.history.matching("temperature_max")), None) if run.history else None for run in runs]
+    hottest = [next(iter(run.history.matching("temperature_max")), None) for run in runs]
     panels.append(("highest temperature", hottest))
     panels = [(words, columns) for words, columns in panels if any(column is not None for column in columns)]
     if not panels:
@@ -123,8 +123,6 @@ def loads(runs: list[Run], names: list[str]):
 
 
 def thermocouples(runs: list[Run], names: list[str]):
-    if any(run.probes is None for run in runs):
-        return None
     shared = [c.name for c in runs[0].probes.with_unit("K") if c.name in runs[1].probes]
     if not shared:
         return None

@@ -69,8 +69,6 @@ class Film:
         if len(run.frames) < 2:
             raise NoRun(f"{run.directory}: there are not two frames")
         self.tool_path = tool_path_of(run, run.scene, run.frames[-1].time)
-        if self.tool_path is None:
-            raise NoRun(f"{run.directory}: no tool that travels")
         self.run, self.colour, self.maps, self.surface, self.views = run, options.colour, maps, surface, views
         self.frames = maps.choose_frames(run.frames, max(2, options.frames))
         self.behind = BEHIND * self.tool_path.radius if options.behind is None else options.behind / look.MM

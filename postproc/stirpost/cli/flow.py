@@ -53,7 +53,7 @@ def main(arguments=None) -> int:
     from ..plots import flow_pictures
 
     with look.style():
-        if flow.cavity is not None:
+        if flow.cavity:
             look.save(flow_pictures.cavity_picture(flow), output / "flow_cavity.png")
         if "voids" in result:
             look.save(flow_pictures.sheet(flow.voids), output / "flow_voids.png")

@@ -31,7 +31,7 @@ def main(arguments=None) -> int:
     for path in sorted(options.directory.glob("*.csv")):
         group, _, label = path.stem.partition("-")
         table = read_table(path, faults, (TIME, STRESS, STRAIN, WARMTH))
-        if table is not None:
+        if table:
             groups.setdefault(group, {})[label or group] = table
     if not groups:
         raise ValueError("; ".join([*faults, f"{options.directory}: no curves here"]))

@@ -75,7 +75,7 @@ def compose(run: Run, pictures: list[page.Picture], stirred: Flow | None, measur
     if measures is not None:
         made.results += flow.rows(measures)
         made.tables += flow.tables(measures)
-    if measured is not None and run.probes is not None:
+    if measured is not None and run.probes:
         made.results += curves.differences(run.probes, measured)
     made.weld = run.attempt("what was welded", summary.weld, run) or ""
     track = run.attempt("voids", voids.of_run, run)
@@ -126,10 +126,10 @@ def draw_all(run: Run, output: Path, measured: cooling.Record | None, stirred: F
             "full. Dashed: the lowest place of the face of the tool, below which voids are looked for.", flow_pictures.sheet, track)
     if run.frames:
         run.attempt("pictures of the frames", draw_frames, run, add)
-    if run.probes is not None:
+    if run.probes:
         add("thermocouples", "Over time", "Temperature at the thermocouples, with their first positions"
             + ("; dots: measured." if measured is not None else "."), curves.thermocouples, run.probes, measured)
-    if run.history is not None:
+    if run.history:
         for name, caption, draw in (
             ("tool_loads", "Torque, force and power of the tool, and what it is doing.", curves.tool_loads),
             ("wall_loads", "Forces of walls and clamps on the metal.", curves.wall_loads),
@@ -137,7 +137,7 @@ def draw_all(run: Run, output: Path, measured: cooling.Record | None, stirred: F
             ("history", "Further histories.", curves.others),
         ):
             add(name, "Over time", caption, draw, run.history)
-    if stirred is not None and stirred.cavity is not None:
+    if stirred is not None and stirred.cavity:
         add("flow_cavity", "Flow", "Three sections through the cavity at the end.", flow_pictures.cavity_picture, stirred)
     return pictures
 

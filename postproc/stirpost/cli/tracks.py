@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from ..analysis.tracks import Tracks, polydata
-from ..io.scene import cavity_of
+from ..io.scene import Cavity, cavity_of
 from ..plots import look
 from ..run import Run
 
@@ -56,7 +56,8 @@ def picture(run: Run, tracks: Tracks, colour: str):
     from matplotlib.collections import LineCollection
 
     x = tracks.positions * look.MM
-    low, high, cavity = bounds(run, x)
+    low, high = bounds(run, x)
+    cavity = cavity_of(run.scene, run.frames[0].body_names if run.frames else [])
     wide, deep, tall = np.maximum(np.ptp(np.vstack([x, low, high]), axis=0), 1.0)
     figure = look.new_figure(10.0, 7.6 * (deep + tall) / (wide + tall) + 1.9)
     panels = figure.subplot_mosaic([["from the top", "along x"], ["from the side", "."]], width_ratios=[wide, tall],
@@ -72,7 +73,7 @@ def picture(run: Run, tracks: Tracks, colour: str):
         panel.plot(x[last, across], x[last, up], ".", color=look.INK, markersize=2.5)
         panel.add_patch(matplotlib.patches.Rectangle((low[across], low[up]), high[across] - low[across], high[up] - low[up],
                                                      fill=False, edgecolor="#8a96a3", linewidth=0.8))
-        if cavity is not None:
+        if cavity:
             outline(panel, cavity, across, up)
         panel.set_aspect("equal")
         panel.margins(0.02)
@@ -103,17 +104,16 @@ def coloured(tracks: Tracks, colour: str):
     return values, matplotlib.colors.Normalize(low, high if high > low else low + 1.0), shown
 
 
-def bounds(run: Run, x: np.ndarray):
-    """Corners [mm] of the metal that is not a tool's at the start, or of the tracers without frames; its cavity."""
+def bounds(run: Run, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Corners [mm] of the metal at the start, or of the tracers without frames."""
     if not run.frames:
-        return x.min(axis=0), x.max(axis=0), None
+        return x.min(axis=0), x.max(axis=0)
     half = 0.5 * run.spacing
     points = run.frames[0].points()
-    cavity = cavity_of(run.scene, run.frames[0].body_names)
-    return (points.min(axis=0) - half) * look.MM, (points.max(axis=0) + half) * look.MM, cavity
+    return (points.min(axis=0) - half) * look.MM, (points.max(axis=0) + half) * look.MM
 
 
-def outline(panel, cavity, across: int, up: int) -> None:
+def outline(panel, cavity: Cavity, across: int, up: int) -> None:
     """Draw the outline of a cavity, projected along the third axis."""
     third = 3 - across - up
     axes = [np.linspace(a - 1e-4, b + 1e-4, SAMPLES) for a, b in zip(cavity.low, cavity.high)]

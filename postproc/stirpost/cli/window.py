@@ -178,8 +178,7 @@ def judged(run: Run, options: argparse.Namespace) -> dict:
 def flash_share(run: Run, flash: float | None) -> float | None:
     """Metal above the sheet per length of travel, over the section of the sheet under the shoulder [%]; the way is that of the middle of the tool and its width."""
     tool = main_tool(run.history)
-    radius = run.scene.radius(tool.name) if tool is not None else None
-    if flash is None or radius is None or not run.frames:
+    if flash is None or tool is None or not (radius := run.scene.radius(tool.name)) > 0.0:
         return None
     points = run.frames[0].points()[:, 2]
     way = np.linalg.norm((tool.place(run.history["time"][-1]) - tool.place(run.history["time"][0]))[:2]) + 2.0 * radius

@@ -106,10 +106,9 @@ class Scene:
         """The &SHAPE of a body in their order."""
         return [Solid(shape) for shape in self.groups("shape") if str(shape.get("body", "")).lower() == body.lower()]
 
-    def radius(self, tool: str) -> float | None:
-        """Radius of the face of a tool [m]; None if it has none."""
-        value = self.of("tool", tool).get("radius")
-        return float(value) if value else None
+    def radius(self, tool: str) -> float:
+        """Radius of the face of a tool [m]; NaN if it has none."""
+        return float(self.of("tool", tool).get("radius") or np.nan)
 
 
 class Solid:
@@ -159,11 +158,14 @@ def is_metal(solids: list[Solid], x: np.ndarray) -> np.ndarray:
 
 @dataclass
 class Cavity:
-    """Region that is cut out of a body."""
+    """Region that is cut out of bodies; false if nothing is."""
 
     solids: list[Solid]
     low: np.ndarray
     high: np.ndarray
+
+    def __bool__(self) -> bool:
+        return bool((self.high > self.low).all())
 
     def holds(self, x: np.ndarray) -> np.ndarray:
         found = ((x >= self.low) & (x < self.high)).all(axis=1)
@@ -179,16 +181,15 @@ class Cavity:
         return float(self.holds(x).mean() * np.prod(self.high - self.low))
 
 
-def cavity_of(scene: Scene, bodies: list[str]) -> Cavity | None:
-    """Regions that are cut out of the bodies; None without any, or if a surface from a file is among them."""
+def cavity_of(scene: Scene, bodies: list[str]) -> Cavity:
+    """Regions that are cut out of the bodies; empty if a surface from a file is among the shapes."""
     if any(str(shape.get("kind", "box")).lower() == "stl" for shape in scene.groups("shape")):
-        return None
+        return Cavity([], np.zeros(3), np.zeros(3))
     solids = [solid for body in bodies for solid in scene.solids(body)]
-    cuts = [s for s in solids if not s.adds]
-    if not cuts:
-        return None
-    low, high = np.min([s.low for s in cuts], axis=0), np.max([s.high for s in cuts], axis=0)
-    adds = [s for s in solids if s.adds]
-    low = np.maximum(low, np.min([s.low for s in adds], axis=0))
-    high = np.minimum(high, np.max([s.high for s in adds], axis=0))
-    return Cavity(solids, low, high) if (high > low).all() else None
+    (cut_low, cut_high), (low, high) = (box_of([s for s in solids if s.adds == adds]) for adds in (False, True))
+    return Cavity(solids, np.maximum(cut_low, low), np.minimum(cut_high, high))
+
+
+def box_of(solids: list[Solid]) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest corner of all; of none, a box without inside."""
+    return np.min([s.low for s in solids], axis=0, initial=np.inf), np.max([s.high for s in solids], axis=0, initial=-np.inf)

@@ -83,17 +83,17 @@ class Table:
         return [c for c in found if np.isfinite(c.values).any()]
 
 
-def read_table(path: Path, faults: list[str], needed: Collection[str] = ("time",)) -> Table | None:
-    """The table of a file; None if there is no file, no row in it or no column that is `needed`."""
+def read_table(path: Path, faults: list[str], needed: Collection[str] = ("time",)) -> Table:
+    """The table of a file, with all that is `needed`; empty if there is no file, no row in it or no such column."""
     if not path.exists():
-        return None
+        return Table([])
     try:
         columns, units = read_columns(path, faults, needed)
     except (OSError, ValueError) as problem:
         faults.append(message_of(problem))
-        return None
+        return Table([])
     keep = latest(columns["time"])
-    return Table([Column(name, unit, columns[name][keep]) for name, unit in units.items()]) if keep.any() else None
+    return Table([Column(name, unit, columns[name][keep]) for name, unit in units.items()] if keep.any() else [])
 
 
 def read_frame(path: Path, faults: list[str], needed: Collection[str], words: Collection[str] = ()) -> tuple[pd.DataFrame, dict[str, str]]:

@@ -50,7 +50,7 @@ def over_time(time: np.ndarray, values: np.ndarray) -> float:
 
 def pairs(run: Run, log: Record, shift: float) -> list[Pair]:
     """The columns of the log that the run has too. What cannot be compared is a warning; ValueError if nothing can."""
-    known = {c.name.lower(): (c, table["time"]) for table in (run.history, run.probes) if table is not None
+    known = {c.name.lower(): (c, table["time"]) for table in (run.history, run.probes)
              for c in table.columns if c.unit in ("K", "N", "Nm", "W") and np.isfinite(c.values).any()}
     tools = [tool.name.lower() for tool in tools_of(run.history)[:1]]
     found = []
@@ -116,7 +116,7 @@ def picture(run: Run, found: list[Pair]):
     for axis, (title, group) in zip(axes, panels.items()):
         factor, unit = look.scaled(max(float(np.abs(pair.measured).max()) for pair in group), group[0].unit)
         for pair, colour in zip(group, look.line_colours(len(group))):
-            whole = next(t for t in (run.history, run.probes) if t is not None and pair.name in t)
+            whole = next(t for t in (run.history, run.probes) if pair.name in t)
             axis.plot(whole["time"], factor * whole[pair.name], color=colour, linewidth=0.6, alpha=0.35)
             axis.plot(pair.time, factor * pair.computed, color=colour, label=f"{look.words(pair.name)}, computed")
             axis.plot(pair.time, factor * pair.measured, ".", markersize=4, color=colour if len(group) > 1 else look.LINES[1],
