@@ -30,7 +30,7 @@ sys.path.insert(0, str(ROOT / "postproc"))
 import matplotlib  # noqa: E402
 from PIL import Image  # noqa: E402
 
-from stirpost.analysis import surface  # noqa: E402
+from stirpost.analysis import surface, units  # noqa: E402
 from stirpost.cli import film  # noqa: E402
 from stirpost.plots import look, maps, views  # noqa: E402
 from stirpost.run import Run  # noqa: E402
@@ -117,7 +117,7 @@ def draw(run: Run, time: float, name: str):
     if name in BODIES:
         mesh = surface.metal(run, frame, ["temperature"])
         low, high = maps.common_box([frame.points()], 2 * run.spacing)
-        view = maps.View(frame, low, high, f"t = {look.seconds(frame.time)},  x = {BODIES[name] * look.MM:.0f} mm", mesh, axis=0)
+        view = maps.View(frame, low, high, f"t = {units.seconds(frame.time)},  x = {BODIES[name] * units.MM:.0f} mm", mesh, axis=0)
         return maps.body_map(maps.section(view, frame.points(), BODIES[name], run.spacing), "cross")
     norm = maps.temperature_norm(run.frames)
     return views.plate_picture(frame, surface.metal(run, frame, ["temperature"]), run.tool_mesh(frame), "temperature",

@@ -14,7 +14,7 @@ In Python: stirpost.Run, its Frame and Table, stirpost.Scene; docs/python.md has
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .io.frames import Frame
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["Frame", "Run", "Scene", "Table"]
 
 
-def __getattr__(name: str):
+def __getattr__(name: str) -> Any:
     """Imported on first use, so that the command can name a missing package."""
     if name not in __all__:
         raise AttributeError(f"module {__name__} has no attribute {name}")

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 import synthetic
 
-from stirpost.analysis import surface
+from stirpost.analysis import surface, units
+from stirpost.io.frames import Frame, NoRun
 from stirpost.io.mesh import Mesh
 from stirpost.io.table import Column, Table
 from stirpost.plots import curves, look, maps, views
@@ -100,9 +101,16 @@ def test_legends_lie_within_the_picture():
 
 
 def test_names_and_units_are_those_people_use():
-    assert look.words("tool_tool_velocity") == "tool velocity" and look.words("plastic_work") == "plastic work"
-    assert look.scaled(3.2e-4, "m2") == (1e6, "mm\N{SUPERSCRIPT TWO}") and look.scaled(5e-4, "m") == (1e3, "mm")
-    assert look.scaled(12e3, "N") == (1e-3, "kN") and look.scaled(2.0, "m") == (1.0, "m")
+    assert units.words("tool_tool_velocity") == "tool velocity" and units.words("plastic_work") == "plastic work"
+    assert units.scaled(3.2e-4, "m2") == (1e6, "mm\N{SUPERSCRIPT TWO}") and units.scaled(5e-4, "m") == (1e3, "mm")
+    assert units.scaled(12e3, "N") == (1e-3, "kN") and units.scaled(2.0, "m") == (1.0, "m")
+
+
+@pytest.mark.parametrize("norm", [maps.size_norm, maps.strain_norm, maps.temperature_norm])
+def test_a_scale_names_the_field_that_a_frame_lacks(tmp_path, norm):
+    synthetic.write_frame(tmp_path / "a_000000.hdf", synthetic.lattice(0.004), {}, 0.0)
+    with pytest.raises(NoRun, match="a_000000.hdf: no field (grain_size|plastic_strain|temperature)"):
+        norm([Frame(tmp_path / "a_000000.hdf")])
 
 
 def test_the_plate_has_two_views_to_scale_with_whole_ticks(run):

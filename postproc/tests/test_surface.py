@@ -54,7 +54,7 @@ def test_a_section_is_metal_where_the_metal_is():
     assert area == pytest.approx(SIZE[0] * SIZE[2] - np.pi * 0.003**2, rel=0.05)
 
     class Frame:
-        def field(self, name):
+        def need(self, name):
             return points[~hole][:, 0]
 
     view.frame = Frame()

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -22,12 +23,10 @@ APART = 0.2  # of the ranges: searches from nearer starts are one
 
 @dataclass
 class Outcome:
-    """Differences of a run from the measurements, for values of the keys scaled to their ranges (0 to 1)."""
+    """A run with values of the keys scaled to their ranges (0 to 1). Of one that broke down `left` is infinite."""
 
     scaled: np.ndarray
-    residuals: list[np.ndarray] | None  # of each curve and target, in its unit; None: the run broke down
-    left: np.ndarray  # the same over uncertainties and roots of numbers of readings, one after the other
-    run: Run | None
+    left: np.ndarray  # residuals over uncertainties and roots of numbers of readings, one after the other
 
     @property
     def total(self) -> float:
@@ -36,20 +35,28 @@ class Outcome:
 
 
 @dataclass
+class Computed(Outcome):
+    """A run that did not break down."""
+
+    residuals: list[np.ndarray]  # of each curve and target, in its unit
+    run: Run
+
+
+@dataclass
 class Fitting:
     """Scaled values of the keys with which the runs agree best with the measurements."""
 
     keys: list[Key]
-    wanted: list[Curve | Target]
+    wanted: Sequence[Curve | Target]
     coarse: Trials
     fine: Trials
     rows: list[dict] = field(default_factory=list)
-    seen: dict = field(default_factory=dict)
-    added: list[np.ndarray] | None = None  # fine less coarse
-    first: Outcome | None = None
-    best: Outcome | None = None  # of the coarse runs, or of the fine ones
+    seen: dict[tuple[float, ...], Outcome] = field(default_factory=dict)
+    added: list[np.ndarray] = field(default_factory=list)  # fine less coarse; empty without fine runs
+    first: Computed | None = None  # None: the start broke down
+    best: Computed = field(init=False)  # of the coarse runs, or of the fine ones
     slopes: np.ndarray | None = None  # of `left` over the scaled values, at the end of the search
-    ends: list[Outcome] = field(default_factory=list)  # of the searches from several starts
+    ends: list[Computed] = field(default_factory=list)  # of the searches from several starts
     spent: bool = False
 
     def outcome(self, trials: Trials, scaled: np.ndarray) -> Outcome:
@@ -58,51 +65,56 @@ class Fitting:
         if key in self.seen:
             return self.seen[key]
         values = {each.name: each.value(place) for each, place in zip(self.keys, scaled)}
-        run, residuals, said = None, None, "broke down"
+        row: dict[str, object] = {"grid": "fine" if trials is self.fine else "coarse", **values}
+        found, said = Outcome(scaled, np.full(sum(len(each.time) for each in self.wanted), np.inf)), "broke down"
         try:
             run = trials.run(values)
             residuals = [each.residuals(run) for each in self.wanted]
-        except Broken:
-            pass
-        found = self.seen[key] = self.weighted(scaled, residuals, run)
-        row = {"grid": "fine" if trials is self.fine else "coarse"} | values
-        if residuals is not None:
+            found = self.weighted(scaled, residuals, run)
             said = f"{found.total:.5g}"
             row |= {"sum of squares": found.total}
             row |= {f"rms {w.label} [{w.unit}]": np.sqrt(np.mean(each**2)) for w, each in zip(self.wanted, residuals)}
+        except Broken:
+            pass
+        self.seen[key] = found
         self.rows.append(row)
         print(f"{len(self.rows)} {row['grid']}: {self.words(scaled)}: {said}", flush=True)
         return found
 
-    def weighted(self, scaled: np.ndarray, residuals: list[np.ndarray] | None, run: Run | None) -> Outcome:
-        if residuals is None:
-            return Outcome(scaled, None, np.full(sum(len(each.time) for each in self.wanted), np.inf), None)
+    def weighted(self, scaled: np.ndarray, residuals: list[np.ndarray], run: Run) -> Computed:
         left = np.concatenate([each / (w.scale * np.sqrt(len(each))) for each, w in zip(residuals, self.wanted)])
-        return Outcome(scaled, residuals, left, run)
+        return Computed(scaled, left, residuals, run)
 
     def model(self, scaled: np.ndarray) -> Outcome:
         """The coarse run and the correction by fine ones."""
         there = self.outcome(self.coarse, scaled)
-        if self.added is None or there.residuals is None:
-            return there
-        return self.weighted(there.scaled, [a + b for a, b in zip(there.residuals, self.added)], there.run)
+        return self.corrected(there) if isinstance(there, Computed) else there
+
+    def corrected(self, there: Computed) -> Computed:
+        return self.weighted(there.scaled, [a + b for a, b in zip(there.residuals, self.added)], there.run) if self.added else there
+
+    def computed(self, trials: Trials, scaled: np.ndarray) -> Computed:
+        found = self.outcome(trials, scaled)
+        if not isinstance(found, Computed):
+            raise ValueError(f"the {'fine' if trials is self.fine else 'coarse'} run with {self.words(scaled)} broke down")
+        return found
 
     def words(self, scaled: np.ndarray) -> str:
         return ", ".join(f"{key.name} = {key.value(place):.5g}" for key, place in zip(self.keys, scaled))
 
     def solve(self, design: int, starts: int, seed: int) -> None:
         """Runs of the design, searches from the best of them that are far enough apart, then fine runs."""
-        chosen: list[Outcome] = []
+        chosen: list[Computed] = []
         for there in self.explore(design, seed):
             if all(np.abs(there.scaled - other.scaled).max() > APART for other in chosen):
                 chosen.append(there)
-        searches = [self.least(there.scaled) for there in chosen[:starts]]
+        searches = [self.least(there) for there in chosen[:starts]]
         self.ends = [end for end, _ in searches]
         self.best, self.slopes = min(searches, key=lambda search: search[0].total)
         if self.fine.most > 0:
             self.refine()
 
-    def explore(self, design: int, seed: int) -> list[Outcome]:
+    def explore(self, design: int, seed: int) -> list[Computed]:
         """The start and a Latin hypercube of runs, best first."""
         from scipy.stats import qmc
 
@@ -115,37 +127,41 @@ class Fitting:
                 found.append(self.model(each))
         except Spent:
             self.spent = True
-        good = sorted((there for there in found if there.residuals is not None), key=lambda there: there.total)
+        good = sorted((there for there in found if isinstance(there, Computed)), key=lambda there: there.total)
         if not good:
             raise ValueError("all runs of the design broke down" if found else "no run was allowed; give more --runs")
-        self.first = found[0] if found[0].residuals is not None else None
+        self.first = found[0] if isinstance(found[0], Computed) else None
         return good
 
-    def least(self, start: np.ndarray) -> tuple[Outcome, np.ndarray | None]:
+    def least(self, start: Computed) -> tuple[Computed, np.ndarray | None]:
         """The smallest sum of squares of the model found from a start, and the derivatives there."""
         from scipy.optimize import least_squares
 
-        best, tangent, before = self.model(start), None, None
+        best, before = start, (start.scaled, start.left)
+        tangent: np.ndarray | None = None
 
-        def left(scaled):
+        def left(scaled: np.ndarray) -> np.ndarray:
             nonlocal best
             there = self.model(scaled)
-            best = min(best, there, key=lambda each: each.total)
+            if isinstance(there, Computed) and there.total < best.total:
+                best = there
             return there.left
 
-        def slopes(scaled):
+        def slopes(scaled: np.ndarray) -> np.ndarray:
             nonlocal tangent, before
-            there, known = left(scaled), False
-            if tangent is not None:  # a long step that came as the slopes foretold corrects them
-                step, change = scaled - before[0], there - before[1]
-                missed = change - tangent @ step
-                known = np.linalg.norm(step) > LONG and np.linalg.norm(missed) < GOOD * np.linalg.norm(change)
-            tangent = tangent + np.outer(missed, step) / (step @ step) if known else self.differences(scaled)
+            there = left(scaled)
+            step, change = scaled - before[0], there - before[1]
+            missed = change if tangent is None else change - tangent @ step
+            # a long step that came as the slopes foretold corrects them
+            if tangent is not None and np.linalg.norm(step) > LONG and np.linalg.norm(missed) < GOOD * np.linalg.norm(change):
+                tangent = tangent + np.outer(missed, step) / (step @ step)
+            else:
+                tangent = self.differences(scaled)
             before = scaled.copy(), there
             return tangent
 
         try:
-            least_squares(left, start, jac=slopes, bounds=(0.0, 1.0), xtol=CLOSE, ftol=CLOSE**2)
+            least_squares(left, start.scaled, jac=slopes, bounds=(0.0, 1.0), xtol=CLOSE, ftol=CLOSE**2)
         except Spent:
             self.spent = True
         return best, tangent
@@ -156,7 +172,7 @@ class Fitting:
         for k, place in enumerate(scaled):
             for step in (STEP, -STEP) if place + STEP <= 1.0 else (-STEP, STEP):
                 moved = self.model(np.clip(scaled + step * np.eye(len(scaled))[k], 0.0, 1.0))
-                if moved.residuals is not None:
+                if isinstance(moved, Computed):
                     columns.append((moved.left - there.left) / (moved.scaled[k] - place))
                     break
             else:
@@ -165,25 +181,19 @@ class Fitting:
 
     def refine(self) -> None:
         """Fine runs, each of which corrects the coarse ones for another search."""
-        found, scaled = [], self.best.scaled
+        start, found = self.best, list[tuple[Computed, list[np.ndarray]]]()
         try:
             while True:
-                fine = self.outcome(self.fine, scaled)
-                if fine.residuals is None:
-                    raise ValueError(f"the fine run with {self.words(scaled)} broke down")
-                found.append(fine)
-                self.added = self.correction(fine)
-                end, self.slopes = self.least(scaled)
-                if (np.abs(end.scaled - scaled) <= CLOSE).all():
+                fine, coarse = (self.computed(trials, start.scaled) for trials in (self.fine, self.coarse))
+                self.added = [a - b for a, b in zip(fine.residuals, coarse.residuals)]
+                found.append((fine, self.added))
+                end, self.slopes = self.least(self.corrected(coarse))
+                if (np.abs(end.scaled - start.scaled) <= CLOSE).all():
                     break
-                scaled = end.scaled
+                start = end
         except Spent:
             pass
-        self.best = min(found, key=lambda each: each.total)
-        self.added = self.correction(self.best)
-
-    def correction(self, fine: Outcome) -> list[np.ndarray]:
-        return [a - b for a, b in zip(fine.residuals, self.outcome(self.coarse, fine.scaled).residuals)]
+        self.best, self.added = min(found, key=lambda each: each[0].total)
 
     # -- how well --------------------------------------------------------------------------------------------------
 

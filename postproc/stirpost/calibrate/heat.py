@@ -24,7 +24,8 @@ from ..io import program
 
 def main(arguments: list[str] | None = None) -> int:
     options = parse(arguments)
-    return options.action(options)
+    options.action(options)
+    return 0
 
 
 def parse(arguments: list[str] | None) -> argparse.Namespace:
@@ -56,13 +57,13 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
-def add_record(action) -> None:
+def add_record(action: argparse.ArgumentParser) -> None:
     action.add_argument("record", help="table: time[s], then thermocouples [K] or [C]")
     action.add_argument("--unit", choices=("K", "C"), help="of thermocouples whose heading has none; K: believe "
                                                           f"readings below {cooling.COLDEST:g} K")
 
 
-def show_film(options) -> int:
+def show_film(options: argparse.Namespace) -> None:
     if not options.room >= cooling.COLDEST and options.unit != "K":
         raise ValueError(f"--room {options.room:g} is in kelvin; degrees Celsius + 273.15")
     record = cooling.Record.read(options.record, options.unit).after(options.start)
@@ -82,12 +83,10 @@ def show_film(options) -> int:
         mean = (f"mean {found.mean():.5f} 1/s  h = {cooling.film_coefficient(found.mean(), *body):.1f} W/(m2 K)"
                 if found.size else "the record does not determine it")
         print(f"{name:30s} {each}  {mean}")
-    return 0
 
 
-def show_share(options) -> int:
+def show_share(options: argparse.Namespace) -> None:
     print(f"{cooling.heat_share(tuple(options.plate), tuple(options.tool)):.4f}")
-    return 0
 
 
 def probes_of(path: str | Path) -> cooling.Record:
@@ -109,11 +108,11 @@ def readings(residuals: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     return found
 
 
-def show_fit(options) -> int:
+def show_fit(options: argparse.Namespace) -> None:
     measured = cooling.Record.read(options.record, options.unit)
     names, start, low, high = cooling.varied(options.vary)
 
-    def residuals(values) -> list[np.ndarray]:
+    def residuals(values: np.ndarray) -> list[np.ndarray]:
         model = run_model(options, dict(zip(names, values)))
         return list(readings(cooling.residuals(model, measured)).values())
 
@@ -124,10 +123,9 @@ def show_fit(options) -> int:
                                          "  (at a bound: no standard error)" if held else "  (not determined)"))
     left = np.concatenate(result.residuals)
     print(f"rms {np.sqrt(np.mean(left**2)):.3f} K after {result.trials} trials")
-    return 0
 
 
-def run_model(options, values: dict[str, float]) -> cooling.Record:
+def run_model(options: argparse.Namespace, values: dict[str, float]) -> cooling.Record:
     with tempfile.TemporaryDirectory() as place:
         words = [options.input, "--quiet", "--output", place]
         for text in options.set + ["OUTPUT.FRAME_INTERVAL=0"] + [f"{k}={v:.12g}" for k, v in values.items()]:

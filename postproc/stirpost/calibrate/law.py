@@ -20,7 +20,10 @@ import argparse
 import json
 import re
 import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,16 +32,15 @@ from ..io.files import text_of, write
 from ..io.table import Table, read_frame, read_table
 from ..plots import look
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 UNITS = {"temperature": "K", "strain_rate": "1/s", "plastic_strain": "1", "stress": "Pa"}
 PATH_GROUP = re.compile(r"^\s*&PATH\b.*?/\s*?$", re.DOTALL | re.MULTILINE | re.IGNORECASE)
 ROWS = 400  # of a model curve, between which it is linear
 
 
-class Failure(ValueError):
-    """An error that the user can correct."""
-
-
-def main(arguments=None) -> int:
+def main(arguments: list[str] | None = None) -> int:
     options = parse(arguments)
     if options.generate:
         generate(options)
@@ -47,7 +49,7 @@ def main(arguments=None) -> int:
     return 0
 
 
-def parse(arguments):
+def parse(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="stirpost calibrate law", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("input", type=Path)
     parser.add_argument("data", type=Path)
@@ -64,19 +66,22 @@ def parse(arguments):
     return options
 
 
-def run_program(words: list, directory: Path) -> dict[str, Table]:
-    """Curves that `stirpoint --material` writes for an input, by name."""
-    done = program.run(["--material", *words, "--quiet", "--output", directory / "curves"])
+def run_program(words: Sequence[str | Path], directory: Path, needed: Sequence[str] = (), named: str | None = None) -> dict[str, Table]:
+    """Curves that `stirpoint --material` writes for an input, by name; those that are `needed` must be among them."""
+    done = program.run(["--material", *words, "--quiet", "--output", directory / "curves"], named)
     if done.returncode != 0:
-        raise Failure(done.stderr.strip() or "stirpoint --material failed")
+        raise ValueError(done.stderr.strip() or "stirpoint --material failed")
     faults: list[str] = []
     found = {path.stem: read_table(path, faults, ("time", *UNITS)) for path in (directory / "curves").glob("*.csv")}
     if faults:
-        raise Failure("; ".join(faults))
+        raise ValueError("; ".join(faults))
+    for name in needed:
+        if not found.get(name):
+            raise ValueError(f"stirpoint --material has not written {name}.csv")
     return found
 
 
-def generate(options) -> None:
+def generate(options: argparse.Namespace) -> None:
     with tempfile.TemporaryDirectory() as directory:
         curves = run_program([options.input], Path(directory))
     random = np.random.default_rng(options.seed)
@@ -93,11 +98,14 @@ def generate(options) -> None:
     print(f"{len(curves)} curves in {options.data}")
 
 
+@dataclass
 class Curve:
     """Measured points at one temperature and rate."""
 
-    def __init__(self, temperature, rate, strain, stress):
-        self.temperature, self.rate, self.strain, self.stress = temperature, rate, strain, stress
+    temperature: float
+    rate: float
+    strain: np.ndarray
+    stress: np.ndarray
 
 
 def read_data(path: Path) -> list[Curve]:
@@ -105,10 +113,10 @@ def read_data(path: Path) -> list[Curve]:
     frame, units = read_frame(path, faults, UNITS)
     faults += [f"{path}: {name} is in [{units[name]}], needed in [{unit}]" for name, unit in UNITS.items() if units[name] != unit]
     if faults:
-        raise Failure("; ".join(faults))
+        raise ValueError("; ".join(faults))
     rows = frame[list(UNITS)].to_numpy()
     if np.any(rows[:, 3] <= 0.0):
-        raise Failure(f"{path}: a stress is not above 0")
+        raise ValueError(f"{path}: a stress is not above 0")
     curves = []
     for temperature, rate in np.unique(rows[:, :2], axis=0):
         own = rows[(rows[:, 0] == temperature) & (rows[:, 1] == rate)]
@@ -120,14 +128,14 @@ def read_data(path: Path) -> list[Curve]:
 class Model:
     """Stresses of all curves as a function of the logarithms of the fitted numbers."""
 
-    def __init__(self, options, curves, directory):
+    def __init__(self, options: argparse.Namespace, curves: list[Curve], directory: Path):
         self.keys = [item.partition("=")[0] for item in options.fit]
         try:
             starts = [[float(x) for x in item.partition("=")[2].split(",")] for item in options.fit]
         except ValueError:
-            raise Failure("--fit wants KEY=START or KEY=START,START...") from None
+            raise ValueError("--fit wants KEY=START or KEY=START,START...") from None
         if any(x <= 0.0 for values in starts for x in values):
-            raise Failure("starting values must be above 0")
+            raise ValueError("starting values must be above 0")
         self.sizes = [len(values) for values in starts]
         self.start = np.log(np.concatenate(starts))
         self.material, self.curves, self.directory, self.calls = options.material, curves, directory, 0
@@ -139,30 +147,27 @@ class Model:
         self.input = directory / options.input.name
         write(self.input, text + "\n")
 
-    def named(self, values) -> dict[str, list[float]]:
+    def named(self, values: np.ndarray) -> dict[str, list[float]]:
         ends = np.cumsum(self.sizes)
         return {key: [float(x) for x in values[end - size:end]]
                 for key, size, end in zip(self.keys, self.sizes, ends, strict=True)}
 
-    def stresses(self, logarithms) -> list[np.ndarray]:
-        words = [self.input]
+    def stresses(self, logarithms: np.ndarray) -> list[np.ndarray]:
+        words: list[str | Path] = [self.input]
         for key, values in self.named(np.exp(logarithms)).items():
             words += ["--set", f"MATERIAL({self.material}).{key}=" + ",".join(f"{x:.15g}" for x in values)]
-        tables = run_program(words, self.directory)
-        missing = [f"c{k}.csv" for k in range(len(self.curves)) if f"c{k}" not in tables]
-        if missing:
-            raise Failure(f"stirpoint --material has not written {missing[0]}")
+        names = [f"c{k}" for k in range(len(self.curves))]
+        tables = run_program(words, self.directory, names)
         self.calls += 1
-        return [np.interp(curve.strain, tables[f"c{k}"]["plastic_strain"], tables[f"c{k}"]["stress"])
-                for k, curve in enumerate(self.curves)]
+        return [np.interp(curve.strain, tables[name]["plastic_strain"], tables[name]["stress"]) for name, curve in zip(names, self.curves)]
 
-    def residuals(self, logarithms) -> np.ndarray:
+    def residuals(self, logarithms: np.ndarray) -> np.ndarray:
         """Relative to the measured stress."""
         pairs = zip(self.stresses(logarithms), self.curves, strict=True)
         return np.concatenate([model / curve.stress - 1.0 for model, curve in pairs])
 
 
-def calibrate(options) -> None:
+def calibrate(options: argparse.Namespace) -> None:
     curves = read_data(options.data)
     with tempfile.TemporaryDirectory() as directory:
         model = Model(options, curves, Path(directory))
@@ -175,7 +180,7 @@ def calibrate(options) -> None:
     variance = 2.0 * found.cost / freedom
     errors = np.sqrt(np.diag(np.linalg.pinv(found.jac.T @ found.jac)) * variance)
     values = np.exp(found.x)
-    report = {
+    report: dict = {
         "material": options.material,
         "fitted": model.named(values),
         "standard_errors": model.named(values * errors),
@@ -200,7 +205,7 @@ def calibrate(options) -> None:
     print(f"relative rms {100.0 * report['relative_rms']:.3g} %, {model.calls} runs; {options.output}/fit.png")
 
 
-def picture(curves, begun, fitted):
+def picture(curves: list[Curve], begun: list[np.ndarray], fitted: list[np.ndarray]) -> Figure:
     """Points, the fit, the start dashed."""
     figure = look.new_figure(6.4, 4.4)
     axis = figure.add_subplot()

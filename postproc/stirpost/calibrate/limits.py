@@ -69,12 +69,6 @@ class Key:
             (f": {self.reason}" if self.reason else "")
 
 
-def of(name: str) -> tuple | None:
-    """The row of GROUP.KEY, GROUP(2).KEY or GROUP(name).KEY."""
-    found = ADDRESS.fullmatch(name)
-    return LIMITS.get(f"{found['group']}.{found['key']}".upper()) if found else None
-
-
 def varied(texts: list[str], scene: Scene, resolved: Callable[[], Scene] | None = None) -> list[Key]:
     """The keys of --vary. A start that is not given is the value of the input, that which the group takes from a library (the
     `resolved` scene has it), or else the middle."""
@@ -87,18 +81,21 @@ def varied(texts: list[str], scene: Scene, resolved: Callable[[], Scene] | None 
             numbers = [float(part) for part in parts]
         except ValueError:
             numbers = [np.nan]
-        row = of(name)
         found = ADDRESS.fullmatch(name)
-        groups = scene.groups(found["group"]) if found and not found["which"] else []
+        group, key_name = (found["group"].upper(), found["key"].upper()) if found else ("", "")
+        row = LIMITS.get(f"{group}.{key_name}")
+        groups = scene.groups(group) if found and not found["which"] else []
         if len(groups) > 1:
-            group, key = found["group"].upper(), found["key"].upper()
-            which = ", ".join(f"{group}({k}).{key}" + (f" of {each['name']}" if each.get("name") else "") for k, each in enumerate(groups, 1))
+            which = ", ".join(f"{group}({k}).{key_name}" + (f" of {each['name']}" if each.get("name") else "") for k, each in enumerate(groups, 1))
             raise ValueError(f"--vary {text}: the input has {len(groups)} &{group}, which would all change: name one: {which}")
         if len(numbers) not in (0, 1, 3) or not np.isfinite(numbers).all():
             raise ValueError(f"--vary {text}: {FORM}")
-        if len(numbers) < 3 and row is None:
+        if numbers[1:]:
+            low, high = numbers[1:]
+        elif row:
+            low, high = row[:2]
+        else:
             raise ValueError(f"--vary {text}: physics sets no limits of {name} (--limits): give START,LOW,HIGH")
-        low, high = numbers[1:] or row[:2]
         key = Key(name, np.nan, low, high, scale or (row[2] if row and low > 0.0 else "linear"))
         if key.scale == "log" and not 0.0 < low < high:
             raise ValueError(f"--vary {text}: a search in powers needs 0 < LOW < HIGH")

@@ -33,9 +33,11 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..analysis import units
 from ..io.files import write
 from ..io.scene import Scene
 from ..plots import look
@@ -43,11 +45,14 @@ from . import limits, targets, valley
 from .fitting import Fitting
 from .trials import Curve, Trials, measured, table_of
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 
 class Show(argparse.Action):
     """Prints a table and ends."""
 
-    def __call__(self, parser, *_):
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         print(self.const())
         parser.exit()
 
@@ -65,8 +70,8 @@ def main(arguments: list[str] | None = None) -> int:
     errors = {name: float(value) for name, value in pairs(options.uncertainty, "--uncertainty").items()}
     keys = limits.varied(options.vary, Scene.read(options.input), lambda: coarse.first_step({}).scene)
     known = coarse.first_step({key.name: key.start for key in keys})
-    wanted = measured(options.records, options.unit, known, options.start, options.end, errors)
-    wanted += [targets.read(text, known) for text in options.target]
+    wanted: list[Curve | targets.Target] = [*measured(options.records, options.unit, known, options.start, options.end, errors),
+                                            *(targets.read(text, known) for text in options.target)]
     print(*keys, sep="\n")
     fit = Fitting(keys, wanted, coarse, fine)
     way = None
@@ -78,7 +83,7 @@ def main(arguments: list[str] | None = None) -> int:
             coarse.most = coarse.done + 2 * valley.MORE * (1 + valley.BACK) * options.profile
             way = valley.walk(fit, options.profile)
             if way is not None and not fine.most:
-                fit.best = min(way.path(), key=lambda there: there.total)
+                fit.best = min(way.computed(), key=lambda there: there.total)
     finally:
         if fit.rows:
             write(output / "trials.csv", pd.DataFrame(fit.rows).to_csv(index=False))
@@ -145,9 +150,9 @@ def report(fit: Fitting) -> dict:
     keys = {key.name: {"value": key.value(place), "standard_error": key.error(place, error) if np.isfinite(error) and not fit.spent else None,
                        "at_a_bound": not loose, "low": key.low, "high": key.high, "search": key.scale}
             for key, place, error, loose in zip(fit.keys, fit.best.scaled, fit.errors(), fit.free.tolist())}
-    left = {w.label: {"unit": w.unit, "readings": len(w.time), "uncertainty": w.scale, "uncertainty_given": w.known,
-                      "mean": float(each.mean()), "rms": float(np.sqrt(np.mean(each**2))), "largest": float(each[np.abs(each).argmax()])}
-            for w, each in zip(fit.wanted, fit.best.residuals)}
+    left: dict[str, dict] = {w.label: {"unit": w.unit, "readings": len(w.time), "uncertainty": w.scale, "uncertainty_given": w.known,
+                                   "mean": float(each.mean()), "rms": float(np.sqrt(np.mean(each**2))), "largest": float(each[np.abs(each).argmax()])}
+                         for w, each in zip(fit.wanted, fit.best.residuals)}
     return {"keys": keys, "grid": "fine" if fit.fine.most else "coarse", "sum_of_squares": fit.best.total,
             "sum_of_squares_at_the_start": fit.first.total if fit.first else None, "runs_spent": fit.spent,
             "runs": {grid: sum(row["grid"] == grid for row in fit.rows) for grid in ("coarse", "fine")},
@@ -176,15 +181,15 @@ def lines(result: dict) -> list[str]:
     return found
 
 
-def picture(fit: Fitting):
+def picture(fit: Fitting) -> Figure:
     """Each measured curve with that of the first and of the best run, and what is left below it."""
     wanted = [(k, w) for k, w in enumerate(fit.wanted) if isinstance(w, Curve)]
-    shown = [(fit.first, "#8a96a3", "at the start")] * (fit.first is not None) + [(fit.best, look.LINES[0], "calibrated")]
+    shown = [*([(fit.first, "#8a96a3", "at the start")] if fit.first else []), (fit.best, look.LINES[0], "calibrated")]
     count = len(wanted)
     figure = look.new_figure(9.6, 0.4 + 3.0 * count)
     panels = figure.subplots(2 * count, 1, sharex=True, squeeze=False, height_ratios=[3, 1] * count)[:, 0]
     for (k, curve), above, below in zip(wanted, panels[::2], panels[1::2]):
-        factor, unit = look.scaled(float(np.abs(curve.values).max()), curve.unit)
+        factor, unit = units.scaled(float(np.abs(curve.values).max()), curve.unit)
         for there, colour, label in shown:
             table = table_of(there.run, curve.name)
             above.plot(table["time"], factor * table[curve.name], color=colour, linewidth=0.5, alpha=0.4)
@@ -192,7 +197,7 @@ def picture(fit: Fitting):
             below.plot(curve.time, factor * there.residuals[k], color=colour)
         above.plot(curve.time, factor * curve.values, ".", color=look.LINES[1], markersize=4, label="measured")
         above.set_xlim(curve.time[0], curve.time[-1])
-        above.set_ylabel(f"{look.words(curve.name)} [{unit}]")
+        above.set_ylabel(f"{units.words(curve.name)} [{unit}]")
         below.set_ylabel(f"computed less measured [{unit}]")
         below.axhline(0.0, color="#8a96a3", linewidth=0.7)
         for axis in (above, below):

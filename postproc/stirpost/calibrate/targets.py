@@ -106,9 +106,11 @@ def read(text: str, known: Run) -> Target:
     wrong = f"--target {text}: "
     found = FORM.fullmatch(text.strip())
     try:
+        if found is None:
+            raise ValueError
         value, error = float(found["value"]), float(found["error"])
         at = tuple(float(x) for x in (found["at"] or "").split(":") if x)
-    except (TypeError, ValueError):
+    except ValueError:
         raise ValueError(f"{wrong}expected NAME[@AT][UNIT]=VALUE,UNCERTAINTY") from None
     name = found["name"]
     columns = {c.name: c.unit for t in (known.history, known.probes) for c in t.columns}

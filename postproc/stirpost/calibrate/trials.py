@@ -41,7 +41,7 @@ class Trials:
     ranks: int = 1
     done: int = 0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         version = program.run(["--version"], self.named).stdout.splitlines()
         self.made_by = version[0].strip() if version else ""
 

@@ -4,11 +4,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..analysis import units
 from ..plots import look
-from .fitting import HELD, STEP, Fitting, Outcome
+from .fitting import HELD, STEP, Computed, Fitting, Outcome
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 WITHIN = 2.0  # standard uncertainties: values whose runs are no farther off meet the measurements as well
 FARTHEST = 3.0  # standard uncertainties to which runs go, or to a bound
@@ -23,7 +28,7 @@ class Valley:
     """The direction of the smallest singular value of the slopes, and runs along it to both sides."""
 
     fit: Fitting
-    centre: Outcome  # the best one of the search
+    centre: Computed  # the best one of the search
     direction: np.ndarray  # of all keys, in parts of their ranges
     error: float  # step along it that changes the measurements by a standard uncertainty; infinite where none does
     condition: float  # largest over smallest singular value
@@ -42,9 +47,13 @@ class Valley:
         """All runs, from one end to the other."""
         return [*reversed(self.sides[0]), self.centre, *self.sides[1]]
 
+    def computed(self) -> list[Computed]:
+        """Those that did not break down."""
+        return [there for there in self.path() if isinstance(there, Computed)]
+
     def end(self, side: int) -> tuple[np.ndarray, bool]:
         """The last values on a side that meet the measurements as well, and whether beyond them a run does not."""
-        last = self.centre
+        last: Outcome = self.centre
         for there in self.sides[side]:
             if not there.total <= self.limit:
                 rise = [np.sqrt(max(each.total - self.centre.total, 0.0)) for each in (last, there)]
@@ -86,16 +95,16 @@ class Valley:
                 "from one end to the other"]
 
     def rows(self) -> list[dict]:
-        found = []
+        found: list[dict] = []
         for there in self.path():
             row = {"distance": self.distance(there)} | {key.name: key.value(place) for key, place in zip(self.fit.keys, there.scaled)}
-            if there.residuals is not None:
+            if isinstance(there, Computed):
                 row |= {"sum of squares": there.total, "predicted": self.predicted(self.distance(there)), "within": there.total <= self.limit}
                 row |= {f"mean {w.label} [{w.unit}]": float(each.mean()) for w, each in zip(self.fit.wanted, there.residuals)}
             found.append(row)
         return found
 
-    def predicted(self, way):
+    def predicted(self, way: np.ndarray | float) -> np.ndarray | float:
         """Sum of squares at a distance from the best values, for constant derivatives."""
         return self.centre.total + (self.unit * (way / self.error)**2 if self.error > 0.0 else 0.0 * way)
 
@@ -127,13 +136,14 @@ def along(fit: Fitting, heading: np.ndarray, valley: Valley, slopes: np.ndarray,
     """Runs from the best values on. A run that is worse than there is brought back to the floor of the valley by
     the slopes across it, which each run corrects (Broyden); the next goes on in the direction of the last two."""
     found: list[Outcome] = []
-    slopes, at = slopes.copy(), valley.centre
+    at: Outcome = valley.centre
+    slopes = slopes.copy()
     reach = min(room(at.scaled, heading), max(FARTHEST * valley.error, count * STEP))
 
     def to(scaled: np.ndarray, before: Outcome) -> Outcome:
         there = fit.model(scaled)
         moved = there.scaled - before.scaled
-        if there.residuals is not None and moved @ moved > 0.0:
+        if isinstance(there, Computed) and moved @ moved > 0.0:
             slopes[:] += np.outer(there.left - before.left - slopes @ moved, moved) / (moved @ moved)
         return there
 
@@ -164,9 +174,9 @@ def room(scaled: np.ndarray, heading: np.ndarray) -> float:
         return float(np.nanmin(np.where(heading > 0, 1.0 - scaled, scaled) / np.abs(heading)))
 
 
-def picture(valley: Valley):
+def picture(valley: Valley) -> Figure:
     """The sum of squares along the valley, and the difference of each curve and target in standard uncertainties."""
-    path = [there for there in valley.path() if there.residuals is not None]
+    path = valley.computed()
     ways = np.array([valley.distance(there) for there in path])
     figure = look.new_figure(9.0, 6.4)
     above, below = figure.subplots(2, 1, sharex=True)
@@ -178,7 +188,7 @@ def picture(valley: Valley):
     above.set_ylim(0.0, 1.1 * max(max(there.total for there in path), valley.limit))
     above.legend(fontsize="small")
     for k, (w, colour) in enumerate(zip(valley.fit.wanted, look.line_colours(len(valley.fit.wanted)))):
-        below.plot(ways, [there.residuals[k].mean() / w.scale for there in path], "o-", color=colour, label=look.words(w.label))
+        below.plot(ways, [there.residuals[k].mean() / w.scale for there in path], "o-", color=colour, label=units.words(w.label))
     below.set_ylabel("mean difference [standard uncertainties]")
     below.legend(fontsize="small")
     below.set_xticks(ways, ["\n".join(f"{key.value(place):.3g}" for key, place in zip(valley.fit.keys, there.scaled)) for there in path])

@@ -56,14 +56,14 @@ def run(words: list[str]) -> int:
     return run_command("stirpost", COMMANDS, words)
 
 
-def run_command(before: str, commands, words: list[str]) -> int:
+def run_command(before: str, commands: tuple[tuple[str, str, str], ...], words: list[str]) -> int:
     """Call the module of the command with its arguments; an error that the user can correct is one line, status 2."""
     known = {name: module for name, module, _ in commands}
     if words[0] not in known:
         print(f"{before}: no command {words[0]}; there are: {', '.join(known)}", file=sys.stderr)
         return 2
     try:
-        status = import_module(f"stirpost.{known[words[0]]}").main(words[1:])
+        status: int = import_module(f"stirpost.{known[words[0]]}").main(words[1:])
         sys.stdout.flush()
         return status
     except ModuleNotFoundError as problem:

@@ -18,16 +18,16 @@ from __future__ import annotations
 
 import argparse
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 
 from ..analysis.tools import tools_of
-from ..io import program
+from ..analysis.units import MM
+from ..calibrate.law import run_program
 from ..io.files import write
 from ..io.frames import Frame, NoRun
-from ..io.table import read_table
-from ..plots.look import MM
 from ..run import Run, Scene
 
 LEAST = 1.0  # MPa: strength of metal that has none, which CalculiX does not take
@@ -159,7 +159,7 @@ class Plate:
         return lines + step("released", 1.0, self.supports(), everywhere, output=True)
 
 
-def step(title: str, duration: float, held: list[tuple[int, int]], temperatures, output: bool = False) -> list[str]:
+def step(title: str, duration: float, held: list[tuple[int, int]], temperatures: Iterable[tuple[int | str, float]], output: bool = False) -> list[str]:
     shown = ["*NODE FILE", "U, NT", "*EL FILE", "S, PEEQ"] if output else []
     return [f"** {title}", "*STEP, INC=500", "*STATIC", f"{0.1 * duration:.6g}, {duration:.6g}", "*BOUNDARY, OP=NEW",
             *(f"{node}, {axis}, {axis}" for node, axis in held), "*TEMPERATURE", *(f"{node}, {kelvin:.2f}" for node, kelvin in temperatures),
@@ -174,18 +174,16 @@ def given(pairs: list[str]) -> list[tuple[float, float]]:
         raise ValueError(f"--strength {' '.join(pairs)}: expected K=MPa ...") from None
 
 
-def strength_of(scene: Scene, name: str, options: argparse.Namespace) -> list[tuple[float, float]]:
+def strength_of(scene: Scene, metal: str, options: argparse.Namespace) -> list[tuple[float, float]]:
     """Temperatures [K] and flow stresses [MPa] at a small plastic strain, by stirpoint --material."""
-    material = scene.of("material", name)
+    material = scene.of("material", metal)
     kelvins = np.linspace(298.0, float(material.get("t_melt", 1000.0)), 13)
     wanted = Scene("")
     wanted.add("MATERIAL", **material)
-    for k, kelvin in enumerate(kelvins):
-        wanted.add("PATH", name=f"t{k:02d}", material=name, kind="strain", rate=options.rate, strain=STRAIN, step=STRAIN / 10.0,
+    names = [f"t{k:02d}" for k in range(len(kelvins))]
+    for name, kelvin in zip(names, kelvins):
+        wanted.add("PATH", name=name, material=metal, kind="strain", rate=options.rate, strain=STRAIN, step=STRAIN / 10.0,
                    temperature=float(kelvin), rows=10)
     with tempfile.TemporaryDirectory() as folder:
-        done = program.run(["--material", wanted.write(Path(folder) / "law.nml"), "--quiet", "--output", Path(folder) / "law.out"], options.program)
-        if done.returncode:
-            raise ValueError(done.stderr.strip() or "stirpoint --material failed")
-        tables = [read_table(Path(folder) / "law.out" / f"t{k:02d}.csv", [], ("time", "stress")) for k in range(len(kelvins))]
-    return [(float(kelvin), float(table["stress"][-1]) * 1e-6) for kelvin, table in zip(kelvins, tables)]
+        curves = run_program([wanted.write(Path(folder) / "law.nml")], Path(folder), names, options.program)
+    return [(float(kelvin), float(curves[name]["stress"][-1]) * 1e-6) for name, kelvin in zip(names, kelvins)]

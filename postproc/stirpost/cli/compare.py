@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..analysis import summary
+from ..analysis import summary, units
 from ..analysis.cooling import Record
 from ..analysis.tools import main_tool
 from ..calibrate.run import pairs as named
@@ -35,6 +35,7 @@ from ..run import Run
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -60,7 +61,7 @@ def main(arguments: list[str] | None = None) -> int:
     names = [run.name for run in runs] if runs[0].name != runs[1].name else [str(options.one), str(options.other)]
     output = options.output or Path(f"compare_{runs[0].name}_{runs[1].name}")
     output.mkdir(parents=True, exist_ok=True)
-    table = difference(*(summary.measures(run) for run in runs), names)
+    table = difference([summary.measures(run) for run in runs], names)
     write(output / "compare.csv", table.to_csv())
     print(table.to_string(float_format=lambda value: f"{value:.4g}", na_rep="-"))
     with look.style():
@@ -71,8 +72,8 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
-def with_machine(options) -> int:
-    run, faults = Run(options.one), []
+def with_machine(options: argparse.Namespace) -> int:
+    run, faults = Run(options.one), list[str]()
     mark = {"tab": "\t", "\\t": "\t"}.get(options.delimiter, options.delimiter)
     if mark is not None and len(mark) != 1:
         raise ValueError(f"--delimiter {mark}: expected one character, or tab")
@@ -89,17 +90,17 @@ def with_machine(options) -> int:
     return 0
 
 
-def difference(one: dict, other: dict, names: list[str]) -> pd.DataFrame:
+def difference(measures: list[dict[str, float]], names: list[str]) -> pd.DataFrame:
     """Quantities of both, and B less A, also in parts of A."""
     import pandas as pd
 
-    table = pd.DataFrame({names[0]: one, names[1]: other}, dtype=float)
+    table = pd.DataFrame(dict(zip(names, measures)), dtype=float)
     table["difference"] = table[names[1]] - table[names[0]]
     table["difference [%]"] = 100.0 * table["difference"] / table[names[0]].abs().where(table[names[0]] != 0.0)
     return table
 
 
-def loads(runs: list[Run], names: list[str]):
+def loads(runs: list[Run], names: list[str]) -> Figure | None:
     tools = [main_tool(run.history) for run in runs]
     wanted = [("force_z", "axial force"), ("force_x", "force along x"), ("torque", "torque"), ("power", "power")]
     panels = [(words, [tool.column(name) if tool else None for tool in tools]) for name, words in wanted]
@@ -112,7 +113,7 @@ def loads(runs: list[Run], names: list[str]):
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for axis, (words, columns) in zip(axes, panels):
         there = [column for column in columns if column is not None]
-        factor, unit = look.scaled(max(float(np.nanmax(np.abs(c.values))) for c in there), there[0].unit)
+        factor, unit = units.scaled(max(float(np.nanmax(np.abs(c.values))) for c in there), there[0].unit)
         for run, column, name, colour in zip(runs, columns, names, look.LINES):
             if column is not None:
                 axis.plot(run.history["time"], column.values * factor, color=colour, label=name, linewidth=1.0)
@@ -122,7 +123,7 @@ def loads(runs: list[Run], names: list[str]):
     return figure
 
 
-def thermocouples(runs: list[Run], names: list[str]):
+def thermocouples(runs: list[Run], names: list[str]) -> Figure | None:
     shared = [c.name for c in runs[0].probes.with_unit("K") if c.name in runs[1].probes]
     if not shared:
         return None
@@ -138,7 +139,7 @@ def thermocouples(runs: list[Run], names: list[str]):
     return figure
 
 
-def sections(runs: list[Run], names: list[str]):
+def sections(runs: list[Run], names: list[str]) -> Figure | None:
     """Temperature in the cross-section through the tool at the end of both, on one scale."""
     if not all(run.frames and "temperature" in run.frames[-1].fields for run in runs):
         return None

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..analysis import units
 from ..io.files import write
 from ..io.frames import Frame, NoRun
 from ..io.mesh import Mesh
@@ -25,7 +26,10 @@ from ..plots import look
 from ..run import Run
 
 if TYPE_CHECKING:
+    from matplotlib.colors import Colormap, Normalize
     from PIL.Image import Image
+
+    from ..plots.views import Face
 
 COLOURS = ("strain", "origin", "temperature")
 BEHIND = 1.25  # of the radius of the tool: where the cut is behind its axis
@@ -64,21 +68,20 @@ class Film:
         from ..analysis import surface
         from ..analysis.tool_path import tool_path_of
         from ..analysis.tools import tools_of
-        from ..plots import maps, views
+        from ..plots import canvas, maps, views
 
         if len(run.frames) < 2:
             raise NoRun(f"{run.directory}: there are not two frames")
         self.tool_path = tool_path_of(run, run.scene, run.frames[-1].time)
         self.run, self.colour, self.maps, self.surface, self.views = run, options.colour, maps, surface, views
         self.frames = maps.choose_frames(run.frames, max(2, options.frames))
-        self.behind = BEHIND * self.tool_path.radius if options.behind is None else options.behind / look.MM
+        self.behind = BEHIND * self.tool_path.radius if options.behind is None else options.behind / units.MM
         self.rigid = {tool.name for tool in tools_of(run.history)}
-        self.eye = views.Eye(views.BEHIND)
-        first = run.frames[0]
-        ids = first.field("id")
-        if self.colour == "origin" and ids is None:
-            raise NoRun(f"{first.path}: no field id")
-        self.origin = None if ids is None else (ids[np.argsort(ids)], self.turned(first.points())[np.argsort(ids), 1])
+        self.eye = canvas.Eye(views.BEHIND)
+        if self.colour == "origin":
+            ids = run.frames[0].need("id")
+            order = np.argsort(ids)
+            self.ids, self.origin = ids[order], self.turned(run.frames[0].points())[order, 1]
         self.norm, self.colours, self.label = self.scale()
 
     def turned(self, points: np.ndarray) -> np.ndarray:
@@ -87,25 +90,24 @@ class Film:
         flat = points[:, :2] - self.tool_path.place[0]
         return np.column_stack([flat @ self.tool_path.along, flat @ left, points[:, 2]])
 
-    def scale(self):
+    def scale(self) -> tuple[Normalize, Colormap, str]:
         from matplotlib.colors import Normalize
 
         if self.colour == "temperature":
             return self.maps.temperature_norm(self.frames), look.TEMPERATURE, f"temperature [{look.unit_of_temperature()}]"
         if self.colour == "strain":
             return self.maps.strain_norm(self.frames), look.STRAIN, "equivalent plastic strain [1]"
-        half = 0.6 * self.tool_path.radius * look.MM
+        half = 0.6 * self.tool_path.radius * units.MM
         return Normalize(-half, half), look.part_of("Spectral", 0.0, 1.0), "metal was at first to the left of the path by [mm]"
 
     def values(self, frame: Frame) -> np.ndarray:
         """The value of each particle for its colour."""
         if self.colour == "origin":
-            ids, side = self.origin
-            return side[np.searchsorted(ids, frame.need("id")).clip(0, len(ids) - 1)] * look.MM
+            return self.origin[np.searchsorted(self.ids, frame.need("id")).clip(0, len(self.ids) - 1)] * units.MM
         name = {"strain": "plastic_strain", "temperature": "temperature"}[self.colour]
         return look.shown(name, frame.need(name).astype(float))
 
-    def parts(self, frame: Frame):
+    def parts(self, frame: Frame) -> tuple[Mesh, Mesh | None, Face | None]:
         """Visible parts of a frame: the metal before the cut, the tool, the face of the cut."""
         from scipy.spatial import cKDTree
 
@@ -135,20 +137,20 @@ class Film:
         corners = Mesh(np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]), np.empty((0, 3)))
         box = self.views.seen_box(self.eye, corners, *(mesh for metal, tool, _ in parts for mesh in (metal, tool)))
         sides, below, wide = 0.8, 0.5, 7.6
-        inches = (wide - sides - look.BAR - 0.5) / ((box[1] - box[0])[0] * look.MM)
-        tall = below + (box[1] - box[0])[1] * look.MM * inches + 0.3
+        inches = (wide - sides - look.BAR - 0.5) / ((box[1] - box[0])[0] * units.MM)
+        tall = below + (box[1] - box[0])[1] * units.MM * inches + 0.3
         figure = look.new_figure(wide, tall)
         figure.set_layout_engine("none")
         panel = self.views.panel_of(figure, sides, below, box, inches)
-        shown = panel.imshow(np.zeros((2, 2, 3)), extent=(*box[:, 0] * look.MM, *box[:, 1] * look.MM), aspect="auto")
+        shown = panel.imshow(np.zeros((2, 2, 3)), extent=(*box[:, 0] * units.MM, *box[:, 1] * units.MM), aspect="auto")
         self.views.draw_axes(panel, self.eye, low, high, "along the path", "to its left")
         words = figure.text(0.1 / wide, 1.0 - 0.2 / tall, "", fontsize=10)
         strip = figure.add_axes(((wide - look.BAR + 0.12) / wide, 0.2, 0.14 / wide, 0.6))
         look.colour_bar(figure, self.norm, self.colours, strip, self.label, "neither" if self.colour == "temperature" else "both")
         found = []
         for frame, (metal, tool, face) in zip(self.frames, parts):
-            shown.set_data(self.views.image(self.eye, box, self.views.FINE * inches * look.MM, metal, metal["colour"], tool, face))
-            words.set_text(f"t = {look.seconds(frame.time)}")
+            shown.set_data(self.views.image(self.eye, box, self.views.FINE * inches * units.MM, metal, metal["colour"], tool, face))
+            words.set_text(f"t = {units.seconds(frame.time)}")
             figure.canvas.draw()
             found.append(Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3].copy()))
         return found

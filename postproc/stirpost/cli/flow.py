@@ -26,13 +26,13 @@ import argparse
 import json
 from pathlib import Path
 
-from ..analysis import voids
+from ..analysis import units, voids
 from ..io.files import write
 from ..plots import look
 from ..run import Run
 
 
-def main(arguments=None) -> int:
+def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="stirpost flow", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("run", type=Path)
     parser.add_argument("--time", type=float, help="[s]")
@@ -70,26 +70,26 @@ def rows(result: dict) -> list[tuple[str, str]]:
     flash, volume = result["flash"], result["volumes"]
     found = voids.rows(result["voids"]) if "voids" in result else []
     found += [("flash, advancing side: height; volume above the initial top face",
-              f"{look.mm(flash['height_advancing[m]'])}; {look.mm(volume['above_advancing[m3]'], 3)}"),
+              f"{units.mm(flash['height_advancing[m]'])}; {units.mm(volume['above_advancing[m3]'], 3)}"),
              ("flash, retreating side: height; volume above the initial top face",
-              f"{look.mm(flash['height_retreating[m]'])}; {look.mm(volume['above_retreating[m3]'], 3)}")]
+              f"{units.mm(flash['height_retreating[m]'])}; {units.mm(volume['above_retreating[m3]'], 3)}")]
     if "groove[m3]" in volume:
         found.append(("groove: volume below the initial top face; mean depth",
-                      f"{look.mm(volume['groove[m3]'], 3)}; {look.mm(volume['groove_mean_depth[m]'])}"))
+                      f"{units.mm(volume['groove[m3]'], 3)}; {units.mm(volume['groove_mean_depth[m]'])}"))
     found.append(("metal displaced beyond ends; sides; below the bottom; debris",
-                  "; ".join(look.mm(volume[f"{k}[m3]"], 3) for k in ("ends", "sides", "below", "debris"))))
-    found.append(("thermal and elastic expansion", look.mm(volume["expansion[m3]"], 3)))
+                  "; ".join(units.mm(volume[f"{k}[m3]"], 3) for k in ("ends", "sides", "below", "debris"))))
+    found.append(("thermal and elastic expansion", units.mm(volume["expansion[m3]"], 3)))
     if volume.get("closure") is not None:
-        found.append(("sinkage of the top face beside the groove: volume", look.mm(volume["sunk_beside[m3]"], 3)))
+        found.append(("sinkage of the top face beside the groove: volume", units.mm(volume["sunk_beside[m3]"], 3)))
         found.append(("error of the balance of volumes: metal that left the groove, without expansion, against the volume of the groove", percent(volume["closure"])))
     if "cavity" in result:
-        found.append(("cavity: filled; metal in it", f"{percent(result['cavity']['filled'])}; {look.mm(volume['cavity[m3]'], 3)}"))
+        found.append(("cavity: filled; metal in it", f"{percent(result['cavity']['filled'])}; {units.mm(volume['cavity[m3]'], 3)}"))
     for pair in (pair for pair in result.get("mixing", []) if pair["volume[m3]"] > 0.0):
         found.append((f"metal of {pair['body']} where {pair['where']} was: volume; how deep in it",
-                      f"{look.mm(pair['volume[m3]'], 3)}; {look.mm(pair['depth_max[m]'])}"))
+                      f"{units.mm(pair['volume[m3]'], 3)}; {units.mm(pair['depth_max[m]'])}"))
     for zone in result.get("stir_zone", []):
-        found.append((f"stir zone (strain > {zone['strain_above']:g}) at {look.mm(zone['at[m]'])}: depth; width; area",
-                      f"{look.mm(zone['depth[m]'])}; {look.mm(zone['width[m]'])}; {look.mm(zone['area[m2]'], 2)}"))
+        found.append((f"stir zone (strain > {zone['strain_above']:g}) at {units.mm(zone['at[m]'])}: depth; width; area",
+                      f"{units.mm(zone['depth[m]'])}; {units.mm(zone['width[m]'])}; {units.mm(zone['area[m2]'], 2)}"))
     return found
 
 
@@ -103,8 +103,8 @@ def tables(result: dict) -> list[tuple[str, list[str], list[list[str]]]]:
         headings += ["moved > a spacing", "of these on the advancing side", "passed to it", "under the tool [s]"]
         body = []
         for row in result["layers"]:
-            line = [" to ".join(f"{d * look.MM:.3g}" for d in row["depth[m]"])]
-            line += [f"{row[f'displacement_{k}[m]'] * look.MM:.3g}" for k in ("median", "90", "max")]
+            line = [" to ".join(f"{d * units.MM:.3g}" for d in row["depth[m]"])]
+            line += [f"{row[f'displacement_{k}[m]'] * units.MM:.3g}" for k in ("median", "90", "max")]
             line.append(f"{row['ahead_max_diameters']:.2f}")
             if path:
                 line.append(f"{row['path_max_diameters']:.2f}")
@@ -116,8 +116,8 @@ def tables(result: dict) -> list[tuple[str, list[str], list[list[str]]]]:
     if warm:
         found.append(("Isotherms of the highest temperatures",
                       ["place [mm]", "isotherm [K]", "depth [mm]", "width [mm]", "area [mm2]", "of the stir zone within"],
-                      [[f"{zone['at[m]'] * look.MM:.3g}", f"{iso['temperature[K]']:.0f}", f"{iso['depth[m]'] * look.MM:.3g}",
-                        f"{iso['width[m]'] * look.MM:.3g}", f"{iso['area[m2]'] * look.MM**2:.3g}",
+                      [[f"{zone['at[m]'] * units.MM:.3g}", f"{iso['temperature[K]']:.0f}", f"{iso['depth[m]'] * units.MM:.3g}",
+                        f"{iso['width[m]'] * units.MM:.3g}", f"{iso['area[m2]'] * units.MM**2:.3g}",
                         percent(iso["share_of_stir_zone"])] for zone, iso in warm]))
     return found
 

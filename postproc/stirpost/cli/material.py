@@ -10,23 +10,27 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..io.table import read_table
+from ..io.table import Table, read_table
 from ..plots import look
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 STRESS, STRAIN, WARMTH, SIZE = "stress", "plastic_strain", "temperature", "grain_size"
 TIME = "time"
 
 
-def main(arguments=None) -> int:
-    parser = argparse.ArgumentParser(prog="stirpost material", description=__doc__.splitlines()[0])
+def main(arguments: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(prog="stirpost material", description="Pictures of the curves of stirpoint --material")
     parser.add_argument("directory", type=Path, help="where stirpoint --material wrote its curves")
     parser.add_argument("-o", "--output", type=Path, help="where to draw (default: beside the curves)")
     parser.add_argument("--over", choices=("strain", "time"), default="strain")
     options = parser.parse_args(arguments)
-    groups: dict[str, dict] = {}
+    groups: dict[str, dict[str, Table]] = {}
     faults: list[str] = []
     for path in sorted(options.directory.glob("*.csv")):
         group, _, label = path.stem.partition("-")
@@ -46,7 +50,7 @@ def main(arguments=None) -> int:
     return 0
 
 
-def draw(group: str, curves: dict, over: str):
+def draw(group: str, curves: dict[str, Table], over: str) -> Figure:
     """One picture of some curves."""
     rows = [(STRESS, 1e-6, "stress [MPa]")]
     if any(np.ptp(table[WARMTH]) > 1.0 for table in curves.values()):

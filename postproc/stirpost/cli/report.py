@@ -5,16 +5,23 @@ from __future__ import annotations
 
 import argparse
 import gc
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..analysis import alarms, cooling, summary, voids
+from ..analysis import alarms, cooling, summary, units, voids
 from ..analysis.flow import Flow
 from ..io.files import write
+from ..io.frames import Frame
 from ..plots import curves, look, page
 from ..run import Run
 from . import flow
+
+if TYPE_CHECKING:
+    from matplotlib.colors import Colormap
+    from matplotlib.figure import Figure
 
 # Field, its scale in maps, whether that ends early, label, caption, chapter.
 KINDS = (
@@ -95,7 +102,7 @@ def turning(run: Run) -> str:
     return solid.pack(run, frames, fields) if fields else ""
 
 
-def colours_of(name: str):
+def colours_of(name: str) -> Colormap:
     return look.TEMPERATURE if name == "temperature" else look.STRAIN
 
 
@@ -114,7 +121,7 @@ def draw_all(run: Run, output: Path, measured: cooling.Record | None, stirred: F
     gc.freeze()  # what the packages hold is not looked through again and again while their figures come and go
     pictures: list[page.Picture] = []
 
-    def add(name: str, chapter: str, caption: str, draw, *arguments) -> None:
+    def add(name: str, chapter: str, caption: str, draw: Callable[..., Figure | None], *arguments: Any) -> None:
         picture = run.attempt(f"the picture {name}", look.drawn, draw, *arguments)
         if picture is not None:
             pictures.append(page.Picture(write(output / f"{name}.png", picture), caption, chapter))
@@ -142,7 +149,7 @@ def draw_all(run: Run, output: Path, measured: cooling.Record | None, stirred: F
     return pictures
 
 
-def draw_frames(run: Run, add) -> None:
+def draw_frames(run: Run, add: Callable[..., None]) -> None:
     """The plate, and top views and sections of temperature, plastic strain and grain size."""
     from ..plots import maps
     from ..plots.views import plate_picture
@@ -162,7 +169,7 @@ def draw_frames(run: Run, add) -> None:
         if name == "temperature":
             for picture, frame in surface_frames(frames):
                 k = frames.index(frame)
-                add(picture, chapter, f"The deformed plate at {look.seconds(frame.time)}, coloured by temperature, and cut along the track.",
+                add(picture, chapter, f"The deformed plate at {units.seconds(frame.time)}, coloured by temperature, and cut along the track.",
                     plate_picture, frame, scene.top[k].mesh, run.tool_mesh(frame), name, label, norm, colours, scene.along[k])
         for kind, view, where in views:
             add(f"{name}_{view}", chapter, caption.format(where),
@@ -172,7 +179,7 @@ def draw_frames(run: Run, add) -> None:
             add(f"bodies_{view}", "Bodies", f"The bodies {where}, at the end.", maps.body_map, getattr(scene, kind)[-1], kind)
 
 
-def surface_frames(frames: list) -> list:
+def surface_frames(frames: list[Frame]) -> list[tuple[str, Frame]]:
     """The last frame, and before it the hottest of the chosen ones if that is another."""
     shown = [("surface_end", frames[-1])]
     hottest = max(frames, key=peak_temperature)
@@ -181,6 +188,6 @@ def surface_frames(frames: list) -> list:
     return shown
 
 
-def peak_temperature(frame) -> float:
-    values = frame.field("temperature")
+def peak_temperature(frame: Frame) -> float:
+    values = frame.need("temperature")
     return float(np.max(values[np.isfinite(values)], initial=0.0))

@@ -15,20 +15,25 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..analysis import units
 from ..io.files import write
 from ..io.frames import NoRun
 from ..plots import look
 from ..run import Run
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 STIRRED = 1.0  # plastic strain
 LINES = (("retreating", -1.0), ("centre", 0.0), ("advancing", 1.0))
 FIELDS = ("grain_size", "plastic_strain", "temperature", "dislocation_density")
 
 
-def main(arguments=None) -> int:
+def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="stirpost section", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("run", type=Path)
     parser.add_argument("--x", type=float, default=65e-3, help="[m]")
@@ -47,11 +52,8 @@ def main(arguments=None) -> int:
 class Section:
     """Particles of one frame near the plane, with their fields."""
 
-    def __init__(self, run, options):
-        frames = [frame for frame in run.frames if options.time is None or frame.time >= options.time]
-        if not frames:
-            raise NoRun(f"no frame at or after {options.time} s")
-        frame = frames[-1] if options.time is None else frames[0]
+    def __init__(self, run: Run, options: argparse.Namespace):
+        frame = run.at(options.time)
         if "grain_size" not in frame.fields:
             raise NoRun(f"{frame.path}: no grain size (no material with LAW = 'two-phase')")
         points = frame.points()
@@ -67,7 +69,7 @@ class Section:
             raise NoRun(f"{frame.path}: field grain_size is not above 0 everywhere near x = {options.x} m")
         self.stirred = self.fields["plastic_strain"] > STIRRED
 
-    def line(self, y):
+    def line(self, y: float) -> np.ndarray:
         """Means in layers of a particle's height along the line at `y`: height, values, numbers."""
         near = np.abs(self.y - y) <= self.spacing
         layer = np.floor((self.z[near] - self.bottom) / self.spacing).astype(int)
@@ -78,7 +80,7 @@ class Section:
                         + [self.fields[name][own].mean() for name in FIELDS])
         return np.array(rows).reshape(-1, 2 + len(FIELDS))
 
-    def stir_zone(self):
+    def stir_zone(self) -> dict:
         """Its extent and grain sizes; the surface are its upper two layers, its edge strains of 1 to 2."""
         zone = self.stirred
         if not zone.any():
@@ -100,7 +102,7 @@ class Section:
         }
 
 
-def report(section, options, output) -> None:
+def report(section: Section, options: argparse.Namespace, output: Path) -> None:
     stem = output / f"section_x{options.x * 1e3:g}"
     lines = {name: section.line(section.centre + side * options.offset) for name, side in LINES}
     table = ["line,height[m],particles,grain_size[m],plastic_strain[1],temperature[K],dislocation_density[1/m2]"]
@@ -114,7 +116,7 @@ def report(section, options, output) -> None:
         print(f"{key}: {value}")
 
 
-def picture(section, lines, options):
+def picture(section: Section, lines: dict[str, np.ndarray], options: argparse.Namespace) -> Figure:
     from matplotlib.colors import LogNorm
 
     figure = look.new_figure(7.2, 6.0)
@@ -123,17 +125,17 @@ def picture(section, lines, options):
     inside = size[section.stirred] if section.stirred.any() else size
     norm = LogNorm(0.8 * inside.min(), max(2.0 * np.median(inside), 1.01 * inside.min()))
     side = 72 * 6.0 * section.spacing / max(np.ptp(section.y), 1e-9)
-    drawn = above.scatter(section.y * look.MM, section.z * look.MM, c=size, norm=norm, s=side**2, marker="s",
+    drawn = above.scatter(section.y * units.MM, section.z * units.MM, c=size, norm=norm, s=side**2, marker="s",
                           cmap=look.STRAIN, linewidths=0)
     zone = section.stirred
-    above.scatter(section.y[zone] * look.MM, section.z[zone] * look.MM, s=2, color="white", linewidths=0)
+    above.scatter(section.y[zone] * units.MM, section.z[zone] * units.MM, s=2, color="white", linewidths=0)
     figure.colorbar(drawn, ax=above, label="grain size [µm]", extend="both")
     above.set_aspect("equal")
     above.set_xlabel("y [mm], advancing side to the right; dots: plastic strain above 1")
     above.set_ylabel("z [mm]")
-    above.set_title(f"x = {options.x * look.MM:g} mm at {look.seconds(section.time)}")
+    above.set_title(f"x = {options.x * units.MM:g} mm at {units.seconds(section.time)}")
     for (name, rows), colour in zip(lines.items(), look.line_colours(len(lines)), strict=True):
-        below.plot(rows[:, 0] * look.MM, rows[:, 2] * 1e6, "o-", markersize=3, color=colour, label=name)
+        below.plot(rows[:, 0] * units.MM, rows[:, 2] * 1e6, "o-", markersize=3, color=colour, label=name)
     below.set_yscale("log")
     below.set_xlabel("distance from the bottom [mm]")
     below.set_ylabel("grain size [µm]")

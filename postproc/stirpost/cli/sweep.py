@@ -33,6 +33,7 @@ from ..run import Run
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -48,12 +49,12 @@ def main(arguments: list[str] | None = None) -> int:
     axes = [axis_of(text) for text in options.sets]
     output = options.output or Path(f"{options.input.stem}_sweep")
     output.mkdir(parents=True, exist_ok=True)
-    rows, left = [], []
+    rows, left = [], list[str]()
     for values in itertools.product(*(values for _, values in axes)):
         chosen = dict(zip((key for key, _ in axes), values))
         directory = output / f"{name_of(chosen)}.out"
         if case(options, directory, chosen, left):
-            rows.append({key: number(value) for key, value in chosen.items()} | summary.measures(Run(directory)))
+            rows.append({**{key: number(value) for key, value in chosen.items()}, **summary.measures(Run(directory))})
     if rows:
         table = pd.DataFrame(rows)
         write(output / "sweep.csv", table.to_csv(index=False))
@@ -73,7 +74,7 @@ def add_how(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", type=Path)
 
 
-def case(options, directory: Path, chosen: dict[str, str], left: list[str]) -> bool:
+def case(options: argparse.Namespace, directory: Path, chosen: dict[str, str], left: list[str]) -> bool:
     """Compute a case that is not finished, or with --slurm add it to the list of the job array; True if it is finished now."""
     note = "is there"
     if not is_done(directory, options.input, chosen):
@@ -85,7 +86,7 @@ def case(options, directory: Path, chosen: dict[str, str], left: list[str]) -> b
     return True
 
 
-def prepared(options, directory: Path, chosen: dict[str, str]) -> str:
+def prepared(options: argparse.Namespace, directory: Path, chosen: dict[str, str]) -> str:
     """Command line of a case. Results of a run with other keys are deleted, since it cannot be resumed from them."""
     asked, made = directory / "sweep_asked.txt", recipe(options.input, chosen)
     if not asked.is_file() or text_of(asked) != made:
@@ -96,7 +97,7 @@ def prepared(options, directory: Path, chosen: dict[str, str]) -> str:
     return "\t".join(words_of(options.input, directory, chosen))
 
 
-def array(options, output: Path, left: list[str]) -> str:
+def array(options: argparse.Namespace, output: Path, left: list[str]) -> str:
     """Write script and list; returns the command that submits the unfinished cases. Lines of the list keep their numbers."""
     script, path = output / "array.sh", output / "cases.txt"
     if not script.exists():
@@ -121,7 +122,7 @@ def name_of(chosen: dict[str, str]) -> str:
     return re.sub(r"[^\w.+=-]+", "_", "_".join(f"{key.split('.')[-1]}={value}" for key, value in chosen.items()))
 
 
-def number(value: str):
+def number(value: str) -> float | str:
     try:
         return float(re.sub("[dD]", "e", value))
     except ValueError:
@@ -145,13 +146,13 @@ def words_of(path: Path, directory: Path, chosen: dict[str, str]) -> list[str]:
     return [str(path), "--quiet", "--output", str(directory), *sets]
 
 
-def calculate(options, directory: Path, chosen: dict[str, str]) -> str:
+def calculate(options: argparse.Namespace, directory: Path, chosen: dict[str, str]) -> str:
     program.compute([*words_of(options.input, directory, chosen), "--overwrite"], options.program, options.ranks, str(directory))
     write(directory / "sweep_input.txt", recipe(options.input, chosen))
     return "computed"
 
 
-def picture(table: pd.DataFrame, keys: list[str]):
+def picture(table: pd.DataFrame, keys: list[str]) -> Figure:
     """Each quantity over the first key, with a line for each value of the others."""
     first, *others = keys
     quantities = [name for name in table.columns if name not in keys and table[name].notna().any()]

@@ -16,7 +16,7 @@ from ..io.frames import NoRun
 from ..run import Run
 
 
-def main(arguments=None) -> int:
+def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="stirpost track", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("run", type=Path)
     parser.add_argument("id", type=int, help="the field id of a frame")
@@ -29,7 +29,7 @@ def main(arguments=None) -> int:
     return 0
 
 
-def track(run: Run, number: int) -> list:
+def track(run: Run, number: int) -> list[tuple[float, float, float]]:
     rows = []
     for frame in run.frames:
         (place,) = np.nonzero(frame.need("id") == number)

@@ -14,13 +14,20 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..analysis import units
 from ..analysis.tracks import Tracks, polydata
 from ..io.scene import Cavity, cavity_of
 from ..plots import look
 from ..run import Run
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap, Normalize
+    from matplotlib.figure import Figure
 
 COLOURS = {"origin": "origin", "time": "time [s]", "temperature": "temperature [K]"}
 # Title, axis to the right, axis upwards.
@@ -28,7 +35,7 @@ VIEWS = (("from the top", 0, 1), ("from the side", 0, 2), ("along x", 2, 1))
 SAMPLES = 400  # along each axis, for the outline of a cavity
 
 
-def main(arguments=None) -> int:
+def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="stirpost tracks", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("run", type=Path)
     parser.add_argument("--group", nargs="+", metavar="NAME", help="of these &TRACER only")
@@ -50,12 +57,12 @@ def main(arguments=None) -> int:
     return 0
 
 
-def picture(run: Run, tracks: Tracks, colour: str):
+def picture(run: Run, tracks: Tracks, colour: str) -> Figure:
     """The three views; lines in the order of their numbers."""
     import matplotlib
     from matplotlib.collections import LineCollection
 
-    x = tracks.positions * look.MM
+    x = tracks.positions * units.MM
     low, high = bounds(run, x)
     cavity = cavity_of(run.scene, run.frames[0].body_names if run.frames else [])
     wide, deep, tall = np.maximum(np.ptp(np.vstack([x, low, high]), axis=0), 1.0)
@@ -82,7 +89,7 @@ def picture(run: Run, tracks: Tracks, colour: str):
         panel.set_xlabel(f"{'xyz'[across]} [mm]")
         panel.set_ylabel(f"{'xyz'[up]} [mm]")
     if colour == "origin" and len(tracks.groups) > 1:
-        handles = [matplotlib.lines.Line2D([], [], color=shown(norm(k)), label=look.words(name)) for k, name in enumerate(tracks.groups)]
+        handles = [matplotlib.lines.Line2D([], [], color=shown(norm(k)), label=units.words(name)) for k, name in enumerate(tracks.groups)]
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
     else:
         label = "y at the start [mm]" if colour == "origin" else COLOURS[colour]
@@ -90,7 +97,7 @@ def picture(run: Run, tracks: Tracks, colour: str):
     return figure
 
 
-def coloured(tracks: Tracks, colour: str):
+def coloured(tracks: Tracks, colour: str) -> tuple[np.ndarray, Normalize, Colormap]:
     """Value of each row, norm and map."""
     import matplotlib
 
@@ -98,7 +105,7 @@ def coloured(tracks: Tracks, colour: str):
         number = tracks.frame["group"].map({name: k for k, name in enumerate(tracks.groups)}).to_numpy(dtype=float)
         shown = matplotlib.colors.ListedColormap(look.line_colours(len(tracks.groups)))
         return number, matplotlib.colors.Normalize(-0.5, len(tracks.groups) - 0.5), shown
-    values = tracks.spread(tracks.frame["y"].to_numpy()[tracks.begins]) * look.MM if colour == "origin" else tracks.frame[colour].to_numpy()
+    values = tracks.spread(tracks.frame["y"].to_numpy()[tracks.begins]) * units.MM if colour == "origin" else tracks.frame[colour].to_numpy()
     shown = {"origin": look.STRAIN, "time": matplotlib.colormaps["viridis"], "temperature": look.TEMPERATURE}[colour]
     low, high = float(values.min()), float(values.max())
     return values, matplotlib.colors.Normalize(low, high if high > low else low + 1.0), shown
@@ -110,10 +117,10 @@ def bounds(run: Run, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return x.min(axis=0), x.max(axis=0)
     half = 0.5 * run.spacing
     points = run.frames[0].points()
-    return (points.min(axis=0) - half) * look.MM, (points.max(axis=0) + half) * look.MM
+    return (points.min(axis=0) - half) * units.MM, (points.max(axis=0) + half) * units.MM
 
 
-def outline(panel, cavity: Cavity, across: int, up: int) -> None:
+def outline(panel: Axes, cavity: Cavity, across: int, up: int) -> None:
     """Draw the outline of a cavity, projected along the third axis."""
     third = 3 - across - up
     axes = [np.linspace(a - 1e-4, b + 1e-4, SAMPLES) for a, b in zip(cavity.low, cavity.high)]
@@ -124,5 +131,5 @@ def outline(panel, cavity: Cavity, across: int, up: int) -> None:
         x[:, across], x[:, up] = mesh[0].ravel(), mesh[1].ravel()
         x[:, third] = cavity.low[third] + part * (cavity.high[third] - cavity.low[third])
         shadow |= cavity.holds(x)
-    panel.contour(axes[across] * look.MM, axes[up] * look.MM, shadow.reshape(mesh[0].shape).T.astype(float), [0.5],
+    panel.contour(axes[across] * units.MM, axes[up] * units.MM, shadow.reshape(mesh[0].shape).T.astype(float), [0.5],
                   colors="#8a96a3", linestyles="dashed", linewidths=0.8)

@@ -36,6 +36,8 @@ from . import sweep
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 AXES = {"rpm": "rotational speed [1/min]", "speed": "travel speed [mm/s]", "force": "force [kN]"}
 # Names of settings, the first that is true counts, with their colours.
@@ -63,7 +65,7 @@ def main(arguments: list[str] | None = None) -> int:
     axes = {name: values_of(getattr(options, name), name) for name in AXES if getattr(options, name) is not None}
     output = options.output or Path(f"{options.input.stem}_window")
     output.mkdir(parents=True, exist_ok=True)
-    rows, left = [], []
+    rows, left = [], list[str]()
     for values in itertools.product(*axes.values()):
         setting = dict(zip(axes, values))
         directory = output / f"{'_'.join(f'{name}={value:g}' for name, value in setting.items())}.out"
@@ -202,12 +204,12 @@ def name_of(run: Run, found: dict, options: argparse.Namespace) -> str:
     return "flash" if found.get("flash over the section under the shoulder [%]", 0.0) > options.flash else "closed"
 
 
-def picture(table: pd.DataFrame):
+def picture(table: pd.DataFrame) -> Figure:
     """Maps of the classification of the settings, with contours of loads and temperature; a row for each force."""
     from matplotlib.patches import Patch
 
     forces = sorted(table[AXES["force"]].unique()) if AXES["force"] in table else [None]
-    shown = [name for name in CONTOURS if name in table and table[name].notna().any()] or [None]
+    shown = [name for name in CONTOURS if name in table and table[name].notna().any()] or [""]
     figure = look.new_figure(1.0 + 3.3 * len(shown), 0.9 + 2.9 * len(forces))
     axes = figure.subplots(len(forces), len(shown), squeeze=False, sharex=True, sharey=True)
     for axis in axes[-1]:
@@ -223,8 +225,8 @@ def picture(table: pd.DataFrame):
     return figure
 
 
-def draw(axis, part: pd.DataFrame, name: str | None) -> None:
-    """Settings as fields of their colours around their places, and contours of a quantity."""
+def draw(axis: Axes, part: pd.DataFrame, name: str) -> None:
+    """Settings as fields of their colours around their places, and contours of a quantity, if there is one."""
     from matplotlib.colors import ListedColormap
 
     grid = part.pivot(index=AXES["speed"], columns=AXES["rpm"], values=FOUND)
@@ -236,7 +238,7 @@ def draw(axis, part: pd.DataFrame, name: str | None) -> None:
     axis.plot(*(x.ravel() for x in np.meshgrid(rpm, speed)), ".", color=look.INK, markersize=3)
     axis.set_xticks(rpm)
     axis.set_yticks(speed)
-    if name is None:
+    if not name:
         return
     factor, label = CONTOURS[name]
     values = part.pivot(index=AXES["speed"], columns=AXES["rpm"], values=name).to_numpy(dtype=float)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +19,7 @@ class Eye:
 
     towards: tuple[float, float, float]
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         back = np.array(self.towards) / np.linalg.norm(self.towards)
         right = np.cross(UP, back)
         right /= np.linalg.norm(right)
@@ -60,7 +61,8 @@ class Canvas:
         sample, weights, triangle = covered
         self.colour[sample] = np.clip(sum(weights[:, k, None] * colours[triangle, k] for k in range(3)), 0, 255)
 
-    def cover(self, points: np.ndarray, corners: np.ndarray, cull: bool = False, solid=None) -> tuple[np.ndarray, ...]:
+    def cover(self, points: np.ndarray, corners: np.ndarray, cull: bool = False,
+              solid: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None) -> tuple[np.ndarray, ...]:
         """Samples where these triangles are nearest to the eye from now on: their numbers, weights (n, 3) of the corners, triangles.
         `solid` says where they are not to be seen through, by weights and triangles."""
         rows, columns = self.shape
@@ -101,7 +103,7 @@ class Canvas:
         ends = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], dtype=float)[halves]
         rows, columns = picture.shape[:2]
 
-        def value(weights, triangle):
+        def value(weights: np.ndarray, triangle: np.ndarray) -> np.ndarray:
             u, v = np.einsum("nk,nkc->cn", weights, ends[triangle])
             return picture[((1.0 - v) * rows).astype(int).clip(0, rows - 1), (u * columns).astype(int).clip(0, columns - 1)]
 
@@ -144,7 +146,7 @@ def weights_of(u: np.ndarray, v: np.ndarray, triangle: np.ndarray, column: np.nd
     return np.stack([1.0 - second - third, second, third], axis=1).astype(np.float32)
 
 
-def spread(counts: np.ndarray, start) -> tuple[np.ndarray, np.ndarray]:
+def spread(counts: np.ndarray, start: np.ndarray | int) -> tuple[np.ndarray, np.ndarray]:
     """Repeats each index k counts[k] times; returns these indices and consecutive integers from `start` on for each."""
     number = np.repeat(np.arange(len(counts)), counts)
     along = np.arange(len(number)) - np.repeat(np.cumsum(counts) - counts, counts)

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..analysis import units
 from ..analysis.cooling import Record
 from ..analysis.tools import Tool, main_tool, supports, tools_of
 from ..io.table import Column, Table
 from . import look
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 MANY_ROWS = 400
@@ -60,7 +62,7 @@ def place(probes: Table, name: str) -> str:
     """' (50, 12, 6)': the first position in mm."""
     parts = [probes[f"{name}_{axis}"] for axis in "xyz" if f"{name}_{axis}" in probes]
     first = [
-        values[np.isfinite(values)][0] * look.MM for values in parts if np.isfinite(values).any()
+        values[np.isfinite(values)][0] * units.MM for values in parts if np.isfinite(values).any()
     ]
     return f" ({', '.join(f'{value:.4g}' for value in first)}) mm" if len(first) == 3 else ""
 
@@ -73,9 +75,9 @@ def tool_loads(history: Table) -> Figure | None:
         ("force on the tool", [c for tool in tools for c in tool.loads("force_[xyz]")]),
         ("power", [c for tool in tools for c in tool.loads("(friction_)?power")]),
     ]
-    figure = stacked(history, [(title, columns) for title, columns in panels if columns])
-    if figure is not None and main_tool(history) is not None:
-        mark_phases(figure, main_tool(history))
+    figure, tool = stacked(history, [(title, columns) for title, columns in panels if columns]), main_tool(history)
+    if figure is not None and tool is not None:
+        mark_phases(figure, tool)
     return figure
 
 
@@ -101,7 +103,7 @@ def wall_loads(history: Table) -> Figure | None:
     """Forces of walls and clamps on the metal, a panel each."""
     columns = supports(history)
     names = dict.fromkeys(c.name[: -len("_force_x")] for c in columns)
-    panels = [(f"force of {look.words(n)}", [c for c in columns if c.name[: -len("_force_x")] == n]) for n in names]
+    panels = [(f"force of {units.words(n)}", [c for c in columns if c.name[: -len("_force_x")] == n]) for n in names]
     return stacked(history, panels)
 
 
@@ -109,7 +111,7 @@ def energies(history: Table) -> Figure | None:
     """All energies that are not zero, large and small ones apart, and the error of their audit. Heat contents are those since the start."""
     sizes = {c.name: float(np.nanmax(np.abs(c.values), initial=0.0)) for c in history.with_unit("J")}
     largest = max((size for name, size in sizes.items() if not name.endswith("heat_content")), default=0.0)
-    groups = {"heat stored": [], "energy": [], "small energies": []}
+    groups: dict[str, list[Column]] = {"heat stored": [], "energy": [], "small energies": []}
     for column in history.with_unit("J"):
         if column.name.endswith("heat_content"):
             if sizes[column.name] > 0.0:
@@ -161,7 +163,7 @@ def stacked(history: Table, panels: list[tuple[str, list[Column]]]) -> Figure | 
     return figure
 
 
-def make_room(figure: Figure, axes: list) -> None:
+def make_room(figure: Figure, axes: list[Axes]) -> None:
     """Widen a figure to its longest legend; the panels stay as they are."""
     legends = [axis.get_legend() for axis in axes if axis.get_legend() is not None]
     wide = figure.get_figwidth()
@@ -173,20 +175,20 @@ def make_room(figure: Figure, axes: list) -> None:
             axis.set_position((left * wide / needed, bottom, width * wide / needed, height))
 
 
-def draw(axis, time: np.ndarray, title: str, columns: list[Column]) -> None:
+def draw(axis: Axes, time: np.ndarray, title: str, columns: list[Column]) -> None:
     if columns[0].unit == "K":  # where nothing has a temperature yet it is 0
         columns = [Column(c.name, look.unit_of_temperature(), look.shown("temperature", np.where(c.values > 0.0, c.values, np.nan)))
                    for c in columns]
     largest = max(np.nanmax(np.abs(column.values), initial=0.0) for column in columns)
-    factor, unit = look.scaled(largest, columns[0].unit)
+    factor, unit = units.scaled(largest, columns[0].unit)
     for column, kind in zip(columns, look.line_kinds(len(columns))):
         values = column.values * factor
         if len(values) > MANY_ROWS and is_rough(values):  # the rattle pale, its running mean on top
             axis.plot(time, values, color=kind["color"], linewidth=0.6, alpha=0.3)
             values = running_mean(values, len(values) // 120)
-        axis.plot(time, values, label=look.words(column.name), **kind)
+        axis.plot(time, values, label=units.words(column.name), **kind)
     alone = len(columns) == 1
-    finish(axis, f"{look.words(columns[0].name) if alone or not title else title} [{unit}]")
+    finish(axis, f"{units.words(columns[0].name) if alone or not title else title} [{unit}]")
     warm = title == "temperature"
     if warm:
         other_degrees(axis)
@@ -209,7 +211,7 @@ def running_mean(values: np.ndarray, width: int) -> np.ndarray:
     return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
 
-def finish(axis, label: str) -> None:
+def finish(axis: Axes, label: str) -> None:
     axis.set_ylabel(label)
     axis.grid(True)
     axis.set_axisbelow(True)
@@ -217,7 +219,7 @@ def finish(axis, label: str) -> None:
     axis.margins(x=0.01)
 
 
-def other_degrees(axis) -> None:
+def other_degrees(axis: Axes) -> None:
     """A second scale at the right, in C for K and in K for C."""
     (unit, zero), = (scale for name, scale in look.SCALES.items() if name != look.degrees)
     shift = look.SCALES[look.degrees][1] - zero
@@ -225,7 +227,7 @@ def other_degrees(axis) -> None:
     second.set_ylabel(f"[{unit}]")
 
 
-def beside(axis, entries: int, offset: float) -> None:
+def beside(axis: Axes, entries: int, offset: float) -> None:
     """The legend to the right of the curves."""
     axis.legend(
         loc="upper left",

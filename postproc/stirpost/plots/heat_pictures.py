@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
+from ..analysis import units
 from ..analysis.cooling import Record
 from ..io.frames import Frame
 from . import look
@@ -34,7 +36,7 @@ def thermocouples(record: Record, speed: float, radius: float, length: float, pa
 def layer(frame: Frame, depth: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """x, y of the cells and temperature (x, y) at a depth below the top, between two layers of cells; NaN where
     there is no material."""
-    points, t = np.asarray(frame.points(), dtype=float), np.asarray(frame.field("temperature"), dtype=float)
+    points, t = np.asarray(frame.points(), dtype=float), np.asarray(frame.need("temperature"), dtype=float)
     x, y, z = (np.unique(np.round(points[:, a], 8)) for a in range(3))
     field = np.full((len(x), len(y), len(z)), np.nan)
     field[tuple(np.searchsorted(c, np.round(points[:, a], 8)) for a, c in enumerate((x, y, z)))] = t
@@ -46,7 +48,7 @@ def layer(frame: Frame, depth: float) -> tuple[np.ndarray, np.ndarray, np.ndarra
 
 
 def below_surface(frames: list[Frame], times: list[float], depth: float, middle: float, radius: float,
-                  position, path: Path) -> Path:
+                  position: Callable[[float], float], path: Path) -> Path:
     """The field at a depth at some times, and along the middle and the tool's edges (figure 4.8)."""
     figure = look.new_figure(11.0, 2.9 * len(times))
     axes = figure.subplots(len(times), 2, squeeze=False)
@@ -54,25 +56,25 @@ def below_surface(frames: list[Frame], times: list[float], depth: float, middle:
     fields = [layer(frame, depth) for frame in chosen]
     low, high = 298.0, max(np.nanmax(t) for _, _, t in fields)
     for (left, right), frame, (x, y, t) in zip(axes, chosen, fields):
-        shown = left.pcolormesh(x * look.MM, y * look.MM, t.T, cmap=look.TEMPERATURE, vmin=low, vmax=high,
+        shown = left.pcolormesh(x * units.MM, y * units.MM, t.T, cmap=look.TEMPERATURE, vmin=low, vmax=high,
                                 shading="nearest")
         left.set_aspect("equal")
-        left.set_title(f"t = {look.seconds(frame.time)}", loc="left")
+        left.set_title(f"t = {units.seconds(frame.time)}", loc="left")
         left.set_ylabel("y [mm]")
         for name, place in (("advancing", middle + radius), ("centre", middle), ("retreating", middle - radius)):
             line = np.array([np.interp(place, y, row) for row in t])
-            right.plot(x * look.MM, line, label=name)
+            right.plot(x * units.MM, line, label=name)
         for edge in (position(frame.time) - radius, position(frame.time) + radius):
             for axis in (left, right):
-                axis.axvline(edge * look.MM, color=look.INK, linewidth=0.8, linestyle="--")
-        left.set_xlim(x[0] * look.MM, x[-1] * look.MM)
-        right.set_xlim(x[0] * look.MM, x[-1] * look.MM)
+                axis.axvline(edge * units.MM, color=look.INK, linewidth=0.8, linestyle="--")
+        left.set_xlim(x[0] * units.MM, x[-1] * units.MM)
+        right.set_xlim(x[0] * units.MM, x[-1] * units.MM)
         right.set_ylim(low, high + 20)
         finish(right, "temperature [K]")
     axes[0, 1].legend(fontsize=8)
     for axis in axes[-1]:
         axis.set_xlabel("x [mm]")
-    figure.colorbar(shown, ax=axes[:, 0], label=f"temperature {depth * look.MM:g} mm below the top [K]", shrink=0.7)
+    figure.colorbar(shown, ax=axes[:, 0], label=f"temperature {depth * units.MM:g} mm below the top [K]", shrink=0.7)
     return look.save(figure, path)
 
 

@@ -1,20 +1,23 @@
 # SPDX-License-Identifier: MIT
-"""How pictures look: colours, fonts, scales; with the names and units of analysis/units."""
+"""How pictures look: colours, fonts, scales."""
 
 from __future__ import annotations
 
 import io
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..analysis.units import CELSIUS, MM, mm, scaled, seconds, words  # noqa: F401 (part of how pictures look)
+from ..analysis.units import CELSIUS
 from ..io.files import write
 
 if TYPE_CHECKING:
-    from matplotlib.colors import Colormap
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap, Normalize
     from matplotlib.figure import Figure
 
 SCALES = {"K": ("K", 0.0), "C": ("\N{DEGREE SIGN}C", CELSIUS)}
@@ -69,14 +72,14 @@ def part_of(name: str, low: float, high: float) -> Colormap:
 MAPS = {"TEMPERATURE": ("inferno", 0.20, 0.975), "STRAIN": ("viridis", 0.0, 1.0), "FILL": ("Greys", 0.0, 0.7)}
 
 
-def __getattr__(name: str):
+def __getattr__(name: str) -> Colormap:
     """look.TEMPERATURE and look.STRAIN, the colour maps: matplotlib is imported when something is drawn."""
     if name not in MAPS:
         raise AttributeError(f"module {__name__} has no attribute {name}")
     return part_of(*MAPS[name])
 
 
-def style():
+def style() -> AbstractContextManager[None]:
     """Context in which pictures are drawn in the style of the report."""
     import matplotlib
 
@@ -94,7 +97,7 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 def panels(count: int, size: tuple[float, float], scale: float, bar: bool = True, per_row: int | None = None,
-           below: float = BELOW):
+           below: float = BELOW) -> tuple[Figure, list[Axes], Axes | None]:
     """A figure of `count` panels of `size` [mm] at `scale` inches per mm, laid out by hand: axes in rows, those below and at the
     left with ticks, which take a third of the time of a picture, and the axis of a colour bar at the right (None without)."""
     width, height = size[0] * scale, size[1] * scale
@@ -119,13 +122,13 @@ def panels(count: int, size: tuple[float, float], scale: float, bar: bool = True
     return figure, axes, strip
 
 
-def strips(count: int, height: float = 1.85):
+def strips(count: int, height: float = 1.85) -> tuple[Figure, list[Axes]]:
     """A figure of `count` panels over one another that share their x, with room for legends at their right."""
     left, right, below, above, gap = 0.78, 2.35, 0.5, 0.3, 0.17
     wide, tall = 9.6, below + above + count * height + (count - 1) * gap
     figure = new_figure(wide, tall)
     figure.set_layout_engine("none")
-    axes = []
+    axes: list[Axes] = []
     for k in range(count):
         bottom = tall - above - (k + 1) * height - k * gap
         axes.append(figure.add_axes((left / wide, bottom / tall, (wide - left - right) / wide, height / tall), sharex=axes[0] if axes else None))
@@ -134,7 +137,7 @@ def strips(count: int, height: float = 1.85):
     return figure, axes
 
 
-def whole_ticks(axis, width: float, height: float) -> None:
+def whole_ticks(axis: Axes, width: float, height: float) -> None:
     """Ticks at whole numbers, half an inch apart or more; none on an axis without length."""
     from matplotlib.ticker import MaxNLocator, NullLocator
 
@@ -142,7 +145,7 @@ def whole_ticks(axis, width: float, height: float) -> None:
         one.set_major_locator(NullLocator() if inches == 0.0 else MaxNLocator(nbins=max(1, min(10, int(inches / 0.4))), steps=[1, 2, 5, 10], integer=True, min_n_ticks=2))
 
 
-def colour_bar(figure, norm, colours, strip, label: str, extend: str = "neither", **more) -> None:
+def colour_bar(figure: Figure, norm: Normalize, colours: Colormap, strip: Axes | None, label: str, extend: str = "neither", **more: str) -> None:
     """Colour bar beside panels of given positions; a logarithmic scale has plain numbers."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LogNorm
@@ -169,7 +172,7 @@ def rendered(figure: Figure) -> bytes:
     return picture.getvalue()
 
 
-def drawn(draw, *arguments) -> bytes | None:
+def drawn(draw: Callable[..., Figure | None], *arguments: Any) -> bytes | None:
     """The picture that a function draws; None if it draws none."""
     figure = draw(*arguments)
     return None if figure is None else rendered(figure)
@@ -203,16 +206,6 @@ def unit_of_temperature() -> str:
     return SCALES[degrees][0]
 
 
-def shown(name: str, values):
+def shown(name: str, values: np.ndarray) -> np.ndarray:
     """Values of a field as pictures have them: temperatures in the unit that was chosen."""
     return values - SCALES[degrees][1] if name == "temperature" else values
-
-
-def squares(panel, u: np.ndarray, z: np.ndarray, half: np.ndarray, values: np.ndarray, colours: Colormap, norm):
-    """Particles of a slab as squares of half an edge around places, coloured by values."""
-    from matplotlib.collections import PolyCollection
-
-    corners = [np.stack([u + a * half, z + b * half], axis=1) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-    drawn = PolyCollection(np.stack(corners, axis=1), array=values, cmap=colours, norm=norm, linewidths=0)
-    panel.add_collection(drawn)
-    return drawn

@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..analysis import units
 from ..analysis.cooling import Record, means
 from ..analysis.tools import tools_of
 from . import curves, look
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
     from ..run import Run
 
@@ -82,8 +84,8 @@ def pairs(run: Run, log: Record, shift: float) -> list[Pair]:
 def lines(found: list[Pair]) -> list[str]:
     text = []
     for pair in found:
-        factor, unit = look.scaled(float(np.abs(pair.measured).max()), pair.unit)
-        text += [f"{look.words(pair.name)}, {pair.time[0]:.4g} to {pair.time[-1]:.4g} s, {len(pair.time)} readings",
+        factor, unit = units.scaled(float(np.abs(pair.measured).max()), pair.unit)
+        text += [f"{units.words(pair.name)}, {pair.time[0]:.4g} to {pair.time[-1]:.4g} s, {len(pair.time)} readings",
                  f"  {'':18}{'computed':>12}{'measured':>12}{'difference':>12}"]
         for name, values in pair.rows().items():
             scale, shown = (1.0, "s") if name.startswith("time") else (factor, unit)
@@ -106,19 +108,19 @@ def table(found: list[Pair]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def picture(run: Run, found: list[Pair]):
+def picture(run: Run, found: list[Pair]) -> Figure:
     """Computed curves, pale in all their rows, and measured ones as dots; all thermocouples share a panel."""
     panels: dict[str, list[Pair]] = {}
     for pair in found:
-        panels.setdefault("temperature" if pair.unit == "K" else look.words(pair.name), []).append(pair)
+        panels.setdefault("temperature" if pair.unit == "K" else units.words(pair.name), []).append(pair)
     figure = look.new_figure(9.6, 0.8 + 2.6 * len(panels))
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for axis, (title, group) in zip(axes, panels.items()):
-        factor, unit = look.scaled(max(float(np.abs(pair.measured).max()) for pair in group), group[0].unit)
+        factor, unit = units.scaled(max(float(np.abs(pair.measured).max()) for pair in group), group[0].unit)
         for pair, colour in zip(group, look.line_colours(len(group))):
             whole = next(t for t in (run.history, run.probes) if pair.name in t)
             axis.plot(whole["time"], factor * whole[pair.name], color=colour, linewidth=0.6, alpha=0.35)
-            axis.plot(pair.time, factor * pair.computed, color=colour, label=f"{look.words(pair.name)}, computed")
+            axis.plot(pair.time, factor * pair.computed, color=colour, label=f"{units.words(pair.name)}, computed")
             axis.plot(pair.time, factor * pair.measured, ".", markersize=4, color=colour if len(group) > 1 else look.LINES[1],
                       label="measured")
         curves.finish(axis, f"{title} [{unit}]")

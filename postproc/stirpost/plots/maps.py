@@ -7,13 +7,14 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Colormap, ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from scipy.spatial import cKDTree
 
-from ..analysis import surface
+from ..analysis import surface, units
 from ..analysis.tools import main_tool
 from ..io.frames import Frame
 from ..io.mesh import Mesh, loops, welded
@@ -39,12 +40,12 @@ class View:
     high: np.ndarray
     title: str
     mesh: Mesh
-    axis: int = 2  # normal to the picture
+    axis: int = 2  # normal to the picture; 2: from above
     at: float = 0.0  # where the plane is along it [m]
     shape: tuple[int, int] = (0, 0)
-    inside: np.ndarray | None = None  # pixels in metal (rows, columns)
-    near: np.ndarray | None = None  # particles around these pixels (m, NEIGHBOURS)
-    weight: np.ndarray | None = None
+    inside: np.ndarray = field(default_factory=lambda: np.zeros((0, 0), dtype=bool))  # pixels in metal (rows, columns)
+    near: np.ndarray = field(default_factory=lambda: np.zeros((0, NEIGHBOURS), dtype=int))  # particles around these pixels
+    weight: np.ndarray = field(default_factory=lambda: np.zeros((0, NEIGHBOURS)))  # of these in the value of a pixel
     outline: list[np.ndarray] = field(default_factory=list)  # of the metal [m]
     tool: list[np.ndarray] = field(default_factory=list)  # its outline [m]
 
@@ -56,11 +57,11 @@ class View:
     def extent(self) -> tuple[float, float, float, float]:
         """left, right, bottom, top [mm], as matplotlib's imshow takes it."""
         i, j = self.across
-        return tuple(look.MM * x for x in (self.low[i], self.high[i], self.low[j], self.high[j]))
+        return units.MM * self.low[i], units.MM * self.high[i], units.MM * self.low[j], units.MM * self.high[j]
 
     def values(self, name: str) -> np.ndarray:
         """A field on the pixels of a section, NaN outside of the metal."""
-        return self.spread(look.shown(name, self.frame.field(name)))
+        return self.spread(look.shown(name, self.frame.need(name)))
 
     def spread(self, values: np.ndarray) -> np.ndarray:
         """Values of the particles on the pixels."""
@@ -100,11 +101,11 @@ def build_scene(run: Run, frames: list[Frame]) -> Scene:
     places, scene.follows = section_positions(run, frames, clouds)
     for frame, points, place in zip(frames, clouds, places):
         mesh = surface.metal(run, frame, fields_of(frame))
-        when = f"t = {look.seconds(frame.time)}"
+        when = f"t = {units.seconds(frame.time)}"
         tool = run.tool_mesh(frame)
         scene.top.append(View(frame, low, high, when, mesh, tool=[] if tool is None else surface.silhouette(tool)))
         for views, axis, name in ((scene.cross, 0, "x"), (scene.along, 1, "y")):
-            title = f"{when},  {name} = {place[axis] * look.MM:.1f} mm"
+            title = f"{when},  {name} = {place[axis] * units.MM:.1f} mm"
             views.append(section(View(frame, low, high, title, mesh, axis), points, place[axis], run.spacing))
             views[-1].tool = tool_cut(tool, axis, place[axis])
     return scene
@@ -162,14 +163,14 @@ def common_box(clouds: list[np.ndarray], margin: float) -> tuple[np.ndarray, np.
     return low, high
 
 
-def section_positions(run: Run, frames: list[Frame], clouds: list[np.ndarray]) -> tuple[list, str]:
+def section_positions(run: Run, frames: list[Frame], clouds: list[np.ndarray]) -> tuple[list[np.ndarray], str]:
     """x and y of the sections at each frame [m], and what they go through: the tool at that time if the history
     tells where it is. Else x is that of the hottest place; where all is equally warm, that of the next frame, in the
     end the middle of the plate; and y that of the middle."""
     tool = main_tool(run.history)
     if tool is not None:
         places = [tool.place(frame.time)[:2] for frame in frames]
-        follows = f"the axis of {look.words(tool.name)}" if tool.name != "tool" else "the axis of the tool"
+        follows = f"the axis of {units.words(tool.name)}" if tool.name != "tool" else "the axis of the tool"
     else:
         hottest = []
         for frame, points in zip(frames, clouds):
@@ -215,10 +216,10 @@ def field_map(views: list[View], kind: str, name: str, label: str, colours: Colo
     return figure
 
 
-def panels(views: list[View], kind: str, bar: bool = True, below: float = look.BELOW):
+def panels(views: list[View], kind: str, bar: bool = True, below: float = look.BELOW) -> tuple[Figure, list[Axes], Axes | None]:
     """Figure, axes and the axis of the colour bar; `below`: room under the axes [inches]."""
     left, right, bottom, top = views[0].extent
-    length, breadth, _ = (views[0].high - views[0].low) * look.MM
+    length, breadth, _ = (views[0].high - views[0].low) * units.MM
     room = look.WIDTH - look.LEFT - look.BAR
     scale = min(room / length, 0.5 * (room - look.GAP) / breadth) * (1.0 - 1e-9)
     if kind == "top" and len(views) > 1 and length < 4.0 * breadth:
@@ -239,7 +240,7 @@ def body_map(view: View, kind: str) -> Figure:
     colours = look.line_colours(len(names))
     axis.imshow(picture, origin="lower", extent=view.extent, cmap=ListedColormap(colours), vmin=-0.5, vmax=len(names) - 0.5,
                 interpolation="nearest", aspect="auto")
-    axis.add_collection(LineCollection([line * look.MM for line in view.tool], colors="#14233a", linewidths=1.3))
+    axis.add_collection(LineCollection([line * units.MM for line in view.tool], colors="#14233a", linewidths=1.3))
     axis.set_xlim(view.extent[:2])
     axis.set_ylim(view.extent[2:])
     axis.set_facecolor(look.PAPER)
@@ -248,8 +249,8 @@ def body_map(view: View, kind: str) -> Figure:
     return figure
 
 
-def draw(axis, view: View, name: str, colours: Colormap, norm: Normalize) -> None:
-    if view.inside is None:
+def draw(axis: Axes, view: View, name: str, colours: Colormap, norm: Normalize) -> None:
+    if view.axis == 2:
         figure = axis.figure
         corners = axis.get_position().transformed(figure.transFigure).get_points()
         left, bottom, right, top = np.round(corners).astype(int).ravel()
@@ -258,15 +259,15 @@ def draw(axis, view: View, name: str, colours: Colormap, norm: Normalize) -> Non
         axis.patch.set_visible(False)
     else:
         draw_section(axis, view, view.values(name), colours, norm)
-    axis.add_collection(LineCollection([line * look.MM for line in view.tool], colors="#14233a", linewidths=1.3))
+    axis.add_collection(LineCollection([line * units.MM for line in view.tool], colors="#14233a", linewidths=1.3))
     axis.set_xlim(view.extent[:2])
     axis.set_ylim(view.extent[2:])
 
 
-def draw_section(axis, view: View, values: np.ndarray, colours: Colormap, norm: Normalize) -> None:
+def draw_section(axis: Axes, view: View, values: np.ndarray, colours: Colormap, norm: Normalize) -> None:
     """Values on the pixels of a section, and the outline of the metal."""
     axis.imshow(values, origin="lower", extent=view.extent, cmap=colours, norm=norm, interpolation="nearest", aspect="auto")
-    axis.add_collection(LineCollection([line * look.MM for line in view.outline], colors=look.INK, linewidths=0.5))
+    axis.add_collection(LineCollection([line * units.MM for line in view.outline], colors=look.INK, linewidths=0.5))
     axis.set_xlim(view.extent[:2])
     axis.set_ylim(view.extent[2:])
     axis.set_facecolor(look.PAPER)
@@ -280,7 +281,7 @@ def temperature_norm(frames: list[Frame]) -> Normalize:
 def strain_norm(frames: list[Frame]) -> Normalize:
     """Logarithmic up to 50, or to the largest strain where that is less: the edge of the stir zone is seen, and a layer of a particle
     at the face of the tool, whose strain may be thousands, does not hide it."""
-    return strain_norm_of(np.array([np.nanmax(frame.field("plastic_strain"), initial=0.0) for frame in frames]))
+    return strain_norm_of(np.array([np.nanmax(frame.need("plastic_strain"), initial=0.0) for frame in frames]))
 
 
 def strain_norm_of(strain: np.ndarray) -> Normalize:
@@ -290,7 +291,7 @@ def strain_norm_of(strain: np.ndarray) -> Normalize:
 
 def size_norm(frames: list[Frame]) -> Normalize:
     """Grain sizes, which are above 0 where a law has them, by their logarithm."""
-    values = np.concatenate([frame.field("grain_size") for frame in frames])
+    values = np.concatenate([frame.need("grain_size") for frame in frames])
     values = values[np.isfinite(values) & (values > 0.0)]
     low, high = (values.min(), values.max()) if values.size else (1e-7, 1e-5)
     return LogNorm(float(low), float(max(high, 1.01 * low)))
@@ -299,7 +300,7 @@ def size_norm(frames: list[Frame]) -> Normalize:
 def bounds(frames: list[Frame], name: str, percent: float) -> tuple[float, float]:
     lows, highs = [], []
     for frame in frames:
-        values = frame.field(name)
+        values = frame.need(name)
         values = values[np.isfinite(values)]
         if values.size:
             lows.append(np.percentile(values, 100 - percent))

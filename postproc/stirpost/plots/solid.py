@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.colors import Colormap, Normalize
 
-from ..analysis import surface
+from ..analysis import surface, units
 from ..io.frames import Frame
 from ..io.mesh import Mesh
 from . import look
@@ -43,7 +43,7 @@ def pack(run: Run, frames: list[Frame], fields: list[Field]) -> str:
     for frame, mesh, tool in zip(frames, meshes, tools):
         values = {name: text_of(np.clip(np.nan_to_num(np.asarray(norm(look.shown(name, mesh[name])), dtype=float)), 0, 1) * 255, np.uint8)
                   for name, _, norm, _ in fields}
-        one = {"time": f"t = {look.seconds(frame.time)}", "metal": geometry(mesh, low, high) | {"values": values}}
+        one = {"time": f"t = {units.seconds(frame.time)}", "metal": geometry(mesh, low, high) | {"values": values}}
         if tool is not None:
             stripes = np.floor(tool["azimuth"] / (np.pi / 6)).astype(int) % 2
             one["tool"] = geometry(tool, low, high) | {"stripe": text_of(stripes, np.uint8)}
@@ -63,7 +63,7 @@ def bounds(meshes: Iterable[Mesh]) -> np.ndarray:
 
 def coarse_surfaces(run: Run, frames: list[Frame], names: list[str]) -> list[Mesh]:
     """Surfaces on cubes so large that they have about half the triangles that the view can have: their number goes as the square."""
-    coarser, found = 1.0, []
+    coarser, found = 1.0, list[Mesh]()
     for frame in frames:
         mesh = surface.metal(run, frame, names, coarser)
         if not found and len(mesh.corners) > 0.6 * MOST_TRIANGLES:
@@ -95,5 +95,5 @@ def geometry(mesh: Mesh, low: np.ndarray, high: np.ndarray) -> dict[str, str]:
     return {"points": text_of(np.round(places).clip(0, 65535), np.uint16), "corners": text_of(mesh.corners, np.uint16)}
 
 
-def text_of(values, kind) -> str:
+def text_of(values: np.ndarray, kind: type[np.generic]) -> str:
     return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")

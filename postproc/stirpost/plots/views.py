@@ -4,15 +4,23 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.colors import Colormap, Normalize
 from matplotlib.ticker import MaxNLocator
 
+from ..analysis import units
 from ..io.frames import Frame
 from ..io.mesh import Mesh, corner_normals, half, point_normals, sharp_edges, welded
 from . import look
 from .canvas import Canvas, Eye
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from .maps import View
 
 FRONT, SIDE, BEHIND = (-0.55, -1.2, 0.9), (-0.35, -1.2, 0.45), (-1.0, -0.55, 0.6)  # from the metal to who looks at it
 METAL, TOOL = (0.3, 0.8), (0.35, 0.65)  # ambient and diffuse light
@@ -20,8 +28,7 @@ SHARP = 30.0  # degrees between faces of a tool: an edge is drawn
 STEEL, STRIPE, INK, STRIPES = (184, 190, 198), (150, 157, 166), (34, 48, 60), 12
 FINE = 130  # pixels an inch
 TOP = 90.0  # percent of the points of the surface are below the top of the plate, or not far above it
-
-
+Face = tuple[np.ndarray, np.ndarray]  # of a section: its corners (4, 3), and a picture with opacities
 ABOVE = Eye((0.0, -1e-6, 1.0))
 
 
@@ -43,8 +50,8 @@ def coloured(values: np.ndarray, norm: Normalize, colours: Colormap) -> np.ndarr
     return (colours(norm(values))[:, :3] * 255).astype(np.uint8)
 
 
-def cut_face(view, values: np.ndarray, norm: Normalize, colours: Colormap, eye: Eye) -> tuple[np.ndarray, np.ndarray] | None:
-    """The plane of a section: its corners, and what it shows; None where it meets no metal."""
+def cut_face(view: View, values: np.ndarray, norm: Normalize, colours: Colormap, eye: Eye) -> Face | None:
+    """The plane of a section; None where it meets no metal."""
     if not view.inside.any():
         return None
     i, j = view.across
@@ -57,7 +64,8 @@ def cut_face(view, values: np.ndarray, norm: Normalize, colours: Colormap, eye: 
     return corners, picture[::-1]
 
 
-def image(eye: Eye, box: np.ndarray, fine: float, metal: Mesh, colours: np.ndarray, tool: Mesh | None = None, face=None) -> np.ndarray:
+def image(eye: Eye, box: np.ndarray, fine: float, metal: Mesh, colours: np.ndarray, tool: Mesh | None = None,
+          face: Face | None = None) -> np.ndarray:
     """Colours of the pixels of a box (2, 2) of what the eye sees [m], with `fine` pixels a metre."""
     canvas = Canvas(eye, box, fine)
     canvas.draw(metal.points, metal.corners, canvas.lit(point_normals(metal), colours, *METAL)[metal.corners], cull=face is None)
@@ -77,7 +85,7 @@ def seen_box(eye: Eye, *meshes: Mesh | None) -> np.ndarray:
     return np.array([seen.min(axis=0), seen.max(axis=0)])
 
 
-def draw_axes(panel, eye: Eye, low: np.ndarray, high: np.ndarray, *names: str) -> None:
+def draw_axes(panel: Axes, eye: Eye, low: np.ndarray, high: np.ndarray, *names: str) -> None:
     """Edges of the box low..high [m] nearest to the eye with whole numbers of mm: x and y along its bottom, z upwards at the left.
     `names` are those of x and y if they have others."""
     near = np.where(eye.axes[2] > 0, high, low)
@@ -91,37 +99,37 @@ def draw_axes(panel, eye: Eye, low: np.ndarray, high: np.ndarray, *names: str) -
             end = start.copy()
         start[axis], end[axis] = low[axis], high[axis]
         a, b = eye.sees([start, end])
-        length = np.linalg.norm(b - a) * look.MM
+        length = np.linalg.norm(b - a) * units.MM
         count = max(2, int(length * panel.inches / 0.45))
-        ticks = MaxNLocator(nbins=count, steps=[1, 2, 5, 10], integer=True, min_n_ticks=1).tick_values(low[axis] * look.MM, high[axis] * look.MM)
-        ticks = ticks[(ticks >= low[axis] * look.MM + (0.3 if axis == 2 else -0.3)) & (ticks <= high[axis] * look.MM + 0.3)]
+        ticks = MaxNLocator(nbins=count, steps=[1, 2, 5, 10], integer=True, min_n_ticks=1).tick_values(low[axis] * units.MM, high[axis] * units.MM)
+        ticks = ticks[(ticks >= low[axis] * units.MM + (0.3 if axis == 2 else -0.3)) & (ticks <= high[axis] * units.MM + 0.3)]
         out = np.array([b[1] - a[1], a[0] - b[0]])
         out *= np.sign(out @ (0.5 * (a + b) - centre)) / np.linalg.norm(out)
         out = np.array([-1.0, 0.0]) if axis == 2 else out
         step, where = out / panel.inches, "right" if out[0] < -0.6 else "left" if out[0] > 0.6 else "center"
-        panel.plot(*(np.array([a, b]) * look.MM).T, color=look.INK, linewidth=0.7, clip_on=False)
+        panel.plot(*(np.array([a, b]) * units.MM).T, color=look.INK, linewidth=0.7, clip_on=False)
         for tick in ticks:
             place = start.copy()
-            place[axis] = tick / look.MM
-            at = eye.sees([place])[0] * look.MM
+            place[axis] = tick / units.MM
+            at = eye.sees([place])[0] * units.MM
             panel.plot(*np.array([at, at + 0.05 * step]).T, color=look.INK, linewidth=0.7, clip_on=False)
             panel.text(*(at + (0.13 - 0.05 * (where != "center")) * step), f"{tick:.0f}", ha=where, va="center", fontsize=8)
-        there = b * look.MM + [-0.13 / panel.inches, 0.12 / panel.inches] if axis == 2 else 0.5 * (a + b) * look.MM + 0.34 * step
+        there = b * units.MM + [-0.13 / panel.inches, 0.12 / panel.inches] if axis == 2 else 0.5 * (a + b) * units.MM + 0.34 * step
         panel.text(*there, f"{name} [mm]", ha=where, va="center", fontsize=8.5)
 
 
-def panel_of(figure, left: float, bottom: float, box: np.ndarray, inches: float):
+def panel_of(figure: Figure, left: float, bottom: float, box: np.ndarray, inches: float) -> Axes:
     """Axes without a frame whose units are mm, `inches` of the picture each; lower left corner in inches."""
     wide, tall = figure.get_size_inches()
-    size = (box[1] - box[0]) * look.MM * inches
+    size = (box[1] - box[0]) * units.MM * inches
     panel = figure.add_axes((left / wide, bottom / tall, size[0] / wide, size[1] / tall))
-    panel.set(xlim=box[:, 0] * look.MM, ylim=box[:, 1] * look.MM)
+    panel.set(xlim=box[:, 0] * units.MM, ylim=box[:, 1] * units.MM)
     panel.set_axis_off()
     panel.inches = inches
     return panel
 
 
-def from_above(mesh: Mesh, name: str, norm: Normalize, colours: Colormap, low, high, width: int = 640) -> np.ndarray:
+def from_above(mesh: Mesh, name: str, norm: Normalize, colours: Colormap, low: np.ndarray, high: np.ndarray, width: int = 640) -> np.ndarray:
     """Rows of colours of the box low..high seen from above, x to the right, the first row at the largest y."""
     canvas, covered, normals = seen_from_above(mesh, (*low[:2], *high[:2]), width)
     colour = canvas.lit(normals, coloured(look.shown(name, mesh[name]), norm, colours), *METAL)
@@ -142,19 +150,19 @@ def half_behind(mesh: Mesh, axis: int, at: float, eye: Eye) -> Mesh:
 
 
 def plate_picture(frame: Frame, mesh: Mesh, tool: Mesh | None, name: str, label: str, norm: Normalize, colours: Colormap,
-                  view=None):
+                  view: View | None = None) -> Figure:
     """The plate at one time from the front left, and, with the view of a section along it, cut there."""
     low, high = np.percentile(mesh.points, [0.05, 99.95], axis=0)
     high[2] = np.percentile(mesh.points[:, 2], TOP)  # that of the plate, not of flash and debris
     whole = Eye(FRONT)
-    shown = [(whole, seen_box(whole, mesh, tool), mesh, None)]
+    shown: list[tuple[Eye, np.ndarray, Mesh, Face | None]] = [(whole, seen_box(whole, mesh, tool), mesh, None)]
     if view is not None:
         side = Eye(SIDE)
         half = half_behind(mesh, view.axis, view.at, side)
-        shown.append((side, seen_box(side, half, tool), half, cut_face(view, look.shown(name, frame.field(name)), norm, colours, side)))
+        shown.append((side, seen_box(side, half, tool), half, cut_face(view, look.shown(name, frame.need(name)), norm, colours, side)))
     sides, below, gap, head = 0.78, 0.5, 0.78, 0.3
     right = look.BAR + 0.18  # half of a label of the last tick is beyond the picture
-    lengths = [np.diff(box, axis=0)[0] * look.MM for _, box, _, _ in shown]
+    lengths = [np.diff(box, axis=0)[0] * units.MM for _, box, _, _ in shown]
     wide = look.WIDTH if view is not None else 8.2
     inches = (wide - sides - right - gap * (len(shown) - 1)) / sum(size[0] for size in lengths)
     tall = max(size[1] for size in lengths) * inches + below + head
@@ -163,15 +171,15 @@ def plate_picture(frame: Frame, mesh: Mesh, tool: Mesh | None, name: str, label:
     left = sides
     for (eye, box, part, face), size in zip(shown, lengths):
         panel = panel_of(figure, left, below, box, inches)
-        picture = image(eye, box, FINE * inches * look.MM, part, coloured(look.shown(name, part[name]), norm, colours), tool, face)
-        panel.imshow(picture, extent=(*box[:, 0] * look.MM, *box[:, 1] * look.MM), aspect="auto", interpolation="antialiased")
-        panel.set(xlim=box[:, 0] * look.MM, ylim=box[:, 1] * look.MM)
+        picture = image(eye, box, FINE * inches * units.MM, part, coloured(look.shown(name, part[name]), norm, colours), tool, face)
+        panel.imshow(picture, extent=(*box[:, 0] * units.MM, *box[:, 1] * units.MM), aspect="auto", interpolation="antialiased")
+        panel.set(xlim=box[:, 0] * units.MM, ylim=box[:, 1] * units.MM)
         corners = [low.copy(), high.copy()]
-        if part is not mesh:
+        if view is not None and part is not mesh:
             corners[int(eye.axes[2][view.axis] > 0)][view.axis] = view.at
         draw_axes(panel, eye, *corners)
         left += size[0] * inches + gap
-    figure.text(0.1 / wide, 1.0 - 0.2 / tall, f"t = {look.seconds(frame.time)}", fontsize=10)
+    figure.text(0.1 / wide, 1.0 - 0.2 / tall, f"t = {units.seconds(frame.time)}", fontsize=10)
     bar = min(2.6, tall - 0.6)
     strip = figure.add_axes(((wide - look.BAR + 0.12) / wide, 0.5 - 0.5 * bar / tall, 0.14 / wide, bar / tall))
     look.colour_bar(figure, norm, colours, strip, label)
