@@ -53,7 +53,7 @@ contains
     sim%world = world
     call read_texts(world, command, input, old, notes, is_read)
     if (is_read) then
-      if (input%has_required_groups() .and. &
+      if (input%has_required_groups() .and. input%has_metals() .and. &
           (input%diagnostics%count() == 0 .or. input%is_short())) then
         call build_scene(input, sim%scene, sim%tool, sim%backing, sim%hook, sim%probes, sim%tracers)
         sim%clock%mass_scaling = sim%scene%method%mass_scaling

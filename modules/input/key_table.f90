@@ -207,7 +207,8 @@ contains
     character(*), intent(in) :: names(:)
     character(:), allocatable :: text
 
-    text = trim('known: '//joined(names, ' '))
+    text = 'known: '//joined(names, ' ')
+    if (size(names) == 0) text = 'there is none'
   end function known
 
 end module input_key_table

@@ -33,7 +33,8 @@ module input_values
     character(:), allocatable :: folder
     type(diagnostics_t), pointer :: diagnostics => null()   !! errors and warnings
   contains
-    procedure :: count => count_groups, has_required_groups, is_short, given => is_given, holds
+    procedure :: count => count_groups, has_required_groups, has_metals, is_short, &
+      given => is_given, holds
     procedure :: real => one_real, reals => some_reals, list => all_reals, integers => some_integers
     procedure :: integer => one_integer, logical => one_logical, text => one_text, line => line_of
     procedure :: report, warn, switches_on, text_of_file, item, set_default, values
@@ -123,6 +124,19 @@ contains
           .and. self%count(self%table%groups(g)%name) > 0
     end do
   end function has_required_groups
+
+  !> True if all &MATERIAL groups could be read and completed from their libraries: without one,
+  !> most errors of a scene would be consequences.
+  logical function has_metals(self)
+    class(input_t), intent(in) :: self
+    integer :: i
+
+    has_metals = .true.
+    do i = 1, self%count('MATERIAL')
+      has_metals = has_metals .and. &
+                   .not. self%written%groups(self%written%find('MATERIAL', i))%is_broken
+    end do
+  end function has_metals
 
   !> True if there are few enough groups to build the scene quickly and find further errors.
   pure logical function is_short(self)

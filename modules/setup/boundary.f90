@@ -121,7 +121,7 @@ contains
       if (.not. wall%faces_up) clamp%lower(wall%axis) = wall%position
       call append_clamp(scene%clamp, clamp)
       do k = 1, 2
-        if (.not. input%given('WALL', i, trim(of_planes(k)))) cycle
+        if (.not. input%given('WALL', i, trim(of_planes(k))) .or. scene%grid%n(1) == 0) cycle
         call input%report('WALL', i, trim(of_planes(k)), &
                           'needs a wall on a plane of nodes with no &SHAPE behind it')
       end do

@@ -100,8 +100,10 @@ contains
     end if
     if (survey%touch >= undefined .and. .not. bodies_move(input, scene) &
         .and. .not. any(survey%phase%name == 'press')) then
-      call input%warn('TOOL', k, 'POSITION', 'the tool never touches a body')
+      call input%warn('TOOL', k, 'POSITION', 'the tool never touches a body until &TIME END = '// &
+                      str(scene%end_time)//' s')
     end if
+    call check_surroundings(input, scene, tool(k), k, survey)
     if (survey%touch < undefined) call check_shoulder(input, k, survey)
     if (survey%through < undefined .and. input%real('TOOL', k, 'BOBBIN_RADIUS') <= 0.0_rp) then
       phase = findloc(survey%phase%from <= survey%through, .true., dim=1, back=.true.)
@@ -128,6 +130,37 @@ contains
       end associate
     end do
   end subroutine check_tool_motion
+
+  !> Warn of metal that nothing holds against a rotating tool, of clamps of metal that the tool
+  !> stirs, and of a plate up to the top of the grid, without room for flash.
+  subroutine check_surroundings(input, scene, tool, k, survey)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: k
+    type(tool_survey_t), intent(in) :: survey
+    type(wall_t) :: wall
+    real(rp) :: top(3)
+    integer :: i
+
+    if (survey%touch >= undefined .or. all(abs(survey%phase%spin) <= 0.0_rp)) return
+    if (size(scene%clamp) + size(scene%symmetry) + input%count('FIELD') == 0 &
+        .and. .not. any(scene%body%is_rigid())) then
+      call input%warn('TOOL', k, 'NAME', 'pushes and turns bodies that nothing holds: give a '// &
+                      '&WALL under the plate and &CLAMP groups at its sides')
+    end if
+    if (survey%clamp > 0) call input%warn('CLAMP', survey%clamp, '', 'holds metal under '// &
+                                          trim(tool%name)//', which cannot flow there')
+    do i = 1, input%count('WALL')
+      wall = wall_of(input, scene%grid, i)
+      if (wall%axis == 3 .and. .not. wall%faces_up) return
+    end do
+    top = scene%grid%upper()
+    if (top(3) - survey%plate(3, 2) < 0.5_rp*scene%grid%h(3) .and. survey%upper(3) > top(3)) then
+      call input%warn('GRID', 1, 'UPPER', 'ends '//length_text(top(3) - survey%plate(3, 2))// &
+                      ' above the plate: flash leaves the grid there; two cells of room keep it')
+    end if
+  end subroutine check_surroundings
 
   !> Report a mass scaling chi with which the inertia of the metal that a tool pushes aside with
   !> speed v, chi rho v^2, exceeds the flow stress of the metal as it starts (at a strain of 1), so

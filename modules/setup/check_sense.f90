@@ -34,6 +34,8 @@ contains
     call find_duplicates(input)
     call compare_walls(input, scene)
     call compare_clamps(input, scene)
+    call find_idle_clamps(input, scene, solids)
+    call check_metals(input, scene, tool)
     call compare_surfaces(input)
     call compare_bodies(input, scene, solids)
     call find_separate_bodies(input, scene, solids)
@@ -176,6 +178,56 @@ contains
       end do
     end do
   end subroutine compare_clamps
+
+  !> Warn of a clamp at rest that no body reaches.
+  subroutine find_idle_clamps(input, scene, solids)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(solids_t), intent(in) :: solids(:)
+    real(rp), parameter :: reach = 1.5_rp            !! of a quadratic B-spline [cells]
+    real(rp) :: lower(3), upper(3)
+    logical :: holds
+    integer :: b, i
+
+    do i = 1, input%count('CLAMP')
+      associate (clamp => scene%clamp(size(scene%clamp) - input%count('CLAMP') + i)%clamp)
+        holds = clamp%moves()
+        do b = 1, size(solids)
+          call extent_of(solids(b)%solid, lower, upper)
+          holds = holds .or. all(clamp%lower < upper + reach*scene%grid%h .and. &
+                                 clamp%upper > lower - reach*scene%grid%h)
+        end do
+      end associate
+      if (.not. holds) call input%warn('CLAMP', i, '', 'holds nothing: no body is in its box')
+    end do
+  end subroutine find_idle_clamps
+
+  !> Warn of a metal that a tool stirs whose properties are in other units: lithium is the lightest
+  !> and softest metal, osmium the heaviest and stiffest; gold holds least heat, lithium most.
+  subroutine check_metals(input, scene, tool)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tool(:)
+    character(14), parameter :: key(3) = [character(14) :: 'DENSITY', 'YOUNGS_MODULUS', &
+                                          'SPECIFIC_HEAT']
+    character(8), parameter :: unit(3) = [character(8) :: 'kg/m3', 'Pa', 'J/(kg K)']
+    real(rp), parameter :: least(3) = [500.0_rp, 4.0e9_rp, 100.0_rp]
+    real(rp), parameter :: most(3) = [23000.0_rp, 600.0e9_rp, 4000.0_rp]
+    real(rp) :: x
+    integer :: i, k
+
+    if (size(tool) == 0) return
+    do i = 1, size(scene%material)
+      if (.not. allocated(scene%material(i)%flow)) cycle
+      do k = 1, size(key)
+        if (.not. input%given('MATERIAL', i, trim(key(k)))) cycle
+        x = input%real('MATERIAL', i, trim(key(k)))
+        if (x >= least(k) .and. x <= most(k)) cycle
+        call input%warn('MATERIAL', i, trim(key(k)), 'is that of no metal, '//str(least(k))// &
+                        ' to '//str(most(k))//' '//trim(unit(k))//': is it in another unit?')
+      end do
+    end do
+  end subroutine check_metals
 
   !> Report a &SURFACE that replaces an earlier one of the same face; one face after 'all' is
   !> allowed.

@@ -25,6 +25,7 @@ module setup_process
     real(rp) :: grid_lower(3) = 0.0_rp, grid_upper(3) = 0.0_rp   !! corners of the grid [m]
     real(rp) :: side_lower(3) = 0.0_rp, side_upper(3) = 0.0_rp   !! walls or grid sides [m]
     real(rp), allocatable :: body_points(:, :)    !! (3, n) sample points in the bodies [m]
+    real(rp), allocatable :: clamp(:, :, :)       !! (3, 2, n) corners of &CLAMP at rest [m]
     real(rp) :: gap = 0.0_rp                      !! distance that counts as contact [m]
   end type surroundings_t
 
@@ -51,6 +52,7 @@ module setup_process
     real(rp) :: touch = undefined                 !! time of first contact [s]
     real(rp) :: through = undefined   !! time at which the tool penetrates the plate bottom [s]
     logical :: is_in_grid = .false.               !! the tool is in the grid at some time
+    integer :: clamp = 0               !! index of a &CLAMP at rest into which it comes; 0: none
     real(rp) :: plate(3, 2) = 0.0_rp              !! box around the deformable bodies [m]
     real(rp) :: lower(3) = 0.0_rp, upper(3) = 0.0_rp   !! bounding box at t = 0 [m]
   end type tool_survey_t
@@ -115,6 +117,12 @@ contains
         associate (low => s%side_lower(wall%axis), high => s%side_upper(wall%axis))
           if (wall%faces_up) low = max(low, wall%position)
           if (.not. wall%faces_up) high = min(high, wall%position)
+        end associate
+      end do
+      allocate (s%clamp(3, 2, input%count('CLAMP')), source=0.0_rp)
+      do i = 1, size(s%clamp, 3)
+        associate (clamp => scene%clamp(size(scene%clamp) - size(s%clamp, 3) + i)%clamp)
+          if (.not. clamp%moves()) s%clamp(:, :, i) = reshape([clamp%lower, clamp%upper], [3, 2])
         end associate
       end do
       allocate (points(0))
@@ -250,7 +258,7 @@ contains
     type(tool_survey_t), intent(inout) :: survey
     type(phase_survey_t), intent(inout) :: phase
     real(rp) :: deepest, lower(3), upper(3)
-    integer :: p
+    integer :: c, p
 
     if (size(x, 2) == 0) then                     ! tool of infinite extent
       survey%is_in_grid = survey%is_in_grid .or. cuts_grid(surroundings, now)
@@ -274,6 +282,10 @@ contains
       if (any(x(:2, p) < surroundings%lower(:2) .or. x(:2, p) > surroundings%upper(:2))) cycle
       phase%depth = max_defined(phase%depth, surroundings%upper(3) - x(3, p))
       phase%bottom = min(phase%bottom, min(x(3, p), surroundings%upper(3)) - surroundings%lower(3))
+      do c = 1, size(surroundings%clamp, 3)
+        if (all(x(:, p) > surroundings%clamp(:, 1, c) .and. &
+                x(:, p) < surroundings%clamp(:, 2, c))) survey%clamp = c
+      end do
     end do
   end subroutine measure
 

@@ -86,6 +86,8 @@ contains
     end if
     if (pin <= 0.0_rp .and. tip > 0.0_rp) then
       call input%report('TOOL', i, 'PIN_TIP_RADIUS', 'makes no pin without PIN_RADIUS')
+    else if (tip >= radius .and. radius > pin) then
+      call input%report('TOOL', i, 'PIN_TIP_RADIUS', 'must be below RADIUS')
     end if
     if (pin <= 0.0_rp .and. length > 0.0_rp) then
       call input%report('TOOL', i, 'PIN_LENGTH', 'makes no pin without PIN_RADIUS')

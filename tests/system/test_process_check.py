@@ -28,6 +28,9 @@ CASES = {
     "starts inside": ({"TOOL.POSITION": "28e-3, 20e-3, 11e-3"}, "warning", "starts 1.* mm inside the material"),
     "wider than the plate": ({"TOOL.RADIUS": 60e-3, "TIME.MASS_SCALING": 1e5, "TOOL.TILT_DEG": 0}, "warning", "120 mm across is wider than the bodies, 100 mm"),
     "ramp too long": ({"MOTION(1).RAMP": 1}, "warning", "RAMP = 1: is longer than the DURATION"),
+    "no time": ({"TIME.END": 0}, "warning", "never touches a body until &TIME END = 0 s"),
+    "no room for flash": ({"GRID.UPPER": "104e-3,48e-3,12e-3"}, "warning", "GRID UPPER .*ends 0 mm above the plate"),
+    "density in g/cm3": ({"MATERIAL.DENSITY": 8.96}, "warning", "DENSITY = 8.96: is that of no metal, 500 to 23000 kg/m3"),
     "phase that never comes": ({"MOTION(1).DURATION": 0}, "error", "is never reached"),
 }
 
@@ -51,8 +54,47 @@ def test_process(outcome, name):
     assert done.status == (driver.BAD_INPUT if word == "error" else driver.WELL)
     assert len(said) == (0 if word is None else 1), said
     if word:
-        assert re.match(rf"(--set .*|.*fsp_copper_quick.nml:\d+): {word}: &(TOOL|MOTION) .*", said[0]), said
+        assert re.match(rf"(--set .*|.*fsp_copper_quick.nml:\d+): {word}: &(TOOL|MOTION|GRID|MATERIAL) .*", said[0]), said
         assert re.search(text, said[0]), said
+
+
+PIN = (driver.ROOT / "share/stirpoint/new/pin.nml").read_text()
+CLAMP = "&CLAMP LOWER = -1e-3, -1e-3, -0.1e-3, UPPER = 61e-3, 4.1e-3, 8.1e-3 /"
+
+# What is put for what in the weld of --new, and what is said of it: one error or warning.
+PIN_CASES = {
+    "held by nothing": (r"&(WALL|CLAMP)\b.*", "", "warning: &TOOL NAME = 'tool': pushes and turns bodies that nothing holds"),
+    "clamp under the tool": (re.escape(CLAMP), CLAMP.replace("4.1e-3", "16e-3"), "warning: &CLAMP holds metal under tool"),
+    "clamp of another plate": (re.escape(CLAMP), CLAMP.replace("-1e-3, -0.1e-3", "-9e-3, -0.1e-3").replace("4.1e-3", "-5e-3"), "warning: &CLAMP holds nothing"),
+    "no such metal": ("'AA6061-T6-weld'", "'AA6061'", "error: &MATERIAL FROM = 'AA6061': the library has no 'AA6061'"),
+    "grid in mm": ("CELL = 2e-3", "CELL = 2", "error: &GRID UPPER .*at least one cell above LOWER"),
+}
+
+
+@pytest.mark.parametrize("name", PIN_CASES)
+def test_one_mistake_in_a_weld(run, tmp_path, name):
+    """Exact: one mistake in the weld of --new has one message, and none about its consequences."""
+    old, new, said = PIN_CASES[name]
+    text, count = re.subn(old, new, PIN)
+    assert count
+    (tmp_path / "weld.nml").write_text(text)
+    done = run("weld.nml", "--check=scene", expect=None)
+    found = [line for line in (done.err + done.out).splitlines() if re.match(r"weld\.nml:\d+: ", line)]
+    assert len(found) == 1 and re.search(said, found[0]), found
+    assert done.status == (driver.BAD_INPUT if "error" in said else driver.WELL)
+
+
+def test_lengths_in_mm(tmp_path):
+    """Each length of the plate, the tool and the probes of the weld of --new, given in mm, has a message with its line."""
+    wanted = r"\b(UPPER|RADIUS|PIN_RADIUS|PIN_TIP_RADIUS|PIN_LENGTH|POSITION) = ([-+.\de]+(?:, [-+.\de]+)*)"
+    places = [m for m in re.finditer(wanted, PIN) if not re.search(r"&(GRID|CLAMP)[^&]*$", PIN[:m.start()]) and "!" not in PIN[:m.start()].splitlines()[-1]]
+    assert len(places) == 8
+    cases = {}
+    for m in places:
+        mm = ", ".join(f"{1e3 * float(x):g}" for x in m[2].split(","))
+        cases[f"{m[1]} {m.start()}"] = (("weld.nml", "--check=scene"), {"text": PIN[:m.start(2)] + mm + PIN[m.end(2):]})
+    for name, done in driver.run_all(cases, tmp_path).items():
+        assert done.status == driver.BAD_INPUT and re.match(r"weld\.nml:\d+: error: ", done.err), (name, done)
 
 
 def test_warnings_at_the_start_of_a_run(outcome):
