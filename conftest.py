@@ -11,10 +11,13 @@ function that it does not name is quick. `--tier every --record-times` writes it
 """
 
 import collections
+import os
 import pathlib
 
 import pytest
 
+# Matrices of tests are small: more threads of BLAS only take the cores from other tests.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 TIMES = pathlib.Path(__file__).parent / "tests/times.txt"
 QUICK, LONG = 1.5, 6.0
 LONG_FOLDERS = ("tests/robustness/", "tests/stress/")

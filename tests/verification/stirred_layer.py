@@ -48,7 +48,8 @@ class Law:
 
 @dataclasses.dataclass(frozen=True)
 class JohnsonCook(Law):
-    """sigma = (A + B eps^n)(1 + C ln(rate/rate0))(1 - ((T - room)/(melting - room))^m), the rate's factor not below a half."""
+    """sigma = (A + B eps^n)(1 + C ln(rate/rate0))(1 - ((T - room)/(melting - room))^m). The program has the rate's factor not below a
+    half; what flows more slowly here, at exp(-1/(2 C)) of the rate 1/s, adds nothing."""
 
     a: float = 0.0
     c: float = 0.0
@@ -62,9 +63,8 @@ class JohnsonCook(Law):
         theta = np.clip((temp - self.room)/(self.melting - self.room), 1e-30, 1.0 - 1e-9)
         hardening = self.b*(np.maximum(state[0], 0.0) + 1e-9)**self.n if self.b else 0.0
         static = (self.a + hardening)*(1.0 - theta**self.m)
-        factor = sigma/static
         slope = 1.0/(self.c*static)
-        return np.where(factor > 0.5, (factor - 1.0)/self.c + np.log(self.rate0), -np.inf), slope
+        return (sigma - static)*slope + np.log(self.rate0), slope
 
 
 @dataclasses.dataclass(frozen=True)
