@@ -21,17 +21,16 @@ from stirpost import cli
 from stirpost.plots import canvas, look, maps
 
 SEED = 20
-SOLVER = """#!{python}
+SOLVER = """#!/bin/sh
 # Gives the run that is kept, whatever is asked.
-import shutil, sys, pathlib
-words = sys.argv[1:]
-if "--output" in words:
-    place = pathlib.Path(words[words.index("--output") + 1])
-    folder = pathlib.Path({kept!r}) / ("curves" if "--material" in words else "run")
-    try:
-        shutil.copytree(folder, place, symlinks=True, dirs_exist_ok=True)
-    except shutil.Error as problem:
-        sys.exit(f"{{place}}: File too large" if "too large" in str(problem) else str(problem))
+trap '' XFSZ
+folder=run
+for word; do
+  [ "$last" != --output ] || place=$word
+  [ "$word" != --material ] || folder=curves
+  last=$word
+done
+[ -z "$place" ] || {{ mkdir -p "$place" && cp -RP {kept}/$folder/. "$place"; }}
 """
 # Words of a command by name; {run}, {record}, {curves}, {law}, {input}, {solver}, {out}: files.
 COMMANDS = {
@@ -229,7 +228,7 @@ CASES = [(name, path, damage) for name, words in COMMANDS.items() for key, files
 
 def words_of(name, folder):
     places = {"run": folder / "plate.out", "heated": folder / "heated.out", "record": folder / "record.csv", "curves": folder / "curves", "law": folder / "law.csv",
-              "input": folder / "input.nml", "solver": folder / "solver.py", "out": folder / "out"}
+              "input": folder / "input.nml", "solver": folder / "solver", "out": folder / "out"}
     return [word.format(**places) for word in COMMANDS[name].split()]
 
 
@@ -238,14 +237,14 @@ def workshop(sound, tmp_path, monkeypatch):
     """A copy of the files, with a solver that gives those in `kept`; figures are made, but not rendered, as this is slow."""
     shutil.copytree(sound, tmp_path, dirs_exist_ok=True)
     (tmp_path / "out").mkdir()
-    (tmp_path / "solver.py").write_text(SOLVER.format(python=sys.executable, kept=str(tmp_path / "kept")))
-    (tmp_path / "solver.py").chmod(0o755)
+    (tmp_path / "solver").write_text(SOLVER.format(kept=tmp_path / "kept"))
+    (tmp_path / "solver").chmod(0o755)
     monkeypatch.setattr(maps, "PIXELS", 60)
     monkeypatch.setattr(canvas.Canvas, "cover", lambda *_, **__: (np.zeros(0, int), np.zeros((0, 3)), np.zeros(0, int)))
     picture = io.BytesIO()
     Image.new("RGB", (40, 40)).save(picture, "PNG")
     monkeypatch.setattr(look, "rendered", lambda figure: picture.getvalue() + bytes(200))
-    monkeypatch.setenv("STIRPOINT_EXECUTABLE", str(tmp_path / "solver.py"))
+    monkeypatch.setenv("STIRPOINT_EXECUTABLE", str(tmp_path / "solver"))
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -317,11 +316,11 @@ def test_a_run_whose_frames_lack_a_field(workshop, capsys, name, field):
 
 def test_output_that_nobody_reads(workshop):
     """A pipe that is closed, and standard output on a full disk."""
-    command = [sys.executable, "-m", "stirpost", *words_of("flow", workshop)]
+    command = [sys.executable, "-m", "stirpost", *words_of("section", workshop)]
     place = {"cwd": Path(__file__).parents[1], "stderr": subprocess.PIPE, "text": True}
     with open("/dev/full", "w") as full:
         done = subprocess.run(command, stdout=full, **place)
-    assert done.returncode == 2 and done.stderr == "stirpost flow: No space left on device\n"
+    assert done.returncode == 2 and done.stderr == "stirpost section: No space left on device\n"
     read, write = os.pipe()
     os.close(read)
     for words in (command, command[:4] + ["--help"], command[:3] + ["--help"], command[:3] + ["--version"], command[:3] + ["calibrate", "--help"]):
