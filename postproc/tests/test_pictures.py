@@ -100,6 +100,59 @@ def test_legends_lie_within_the_picture():
     assert sizes[0] == pytest.approx(sizes[1])
 
 
+def test_legend_of_thermocouples_lies_within_the_picture():
+    time = np.linspace(0.0, 1.0, 20)
+    axis = curves.thermocouples(Table([Column("time", "s", time), Column("retreating side", "K", 300.0 + time)]
+                                      + [Column(f"retreating side_{x}", "m", 0.0305 + 0 * time) for x in "xyz"])).axes[0]
+    assert axis.get_legend().get_window_extent().x1 <= axis.figure.get_figwidth() * axis.figure.dpi
+
+
+@pytest.mark.parametrize("end", [1.2, 7.0, 10.9, 14.0, 15.1, 50.0])
+def test_numbers_of_a_colour_bar_do_not_overlap(end):
+    """A third of a decade lies between the largest and the decade below it, or the decade is left out."""
+    figure, _, strip = look.panels(1, (50.0, 20.0), 0.1)
+    norm = maps.strain_norm_of(np.array([end]))
+    look.colour_bar(figure, norm, look.STRAIN, strip, "strain", "both")
+    boxes = [text.get_window_extent() for text in strip.get_yticklabels() if text.get_text()]
+    assert len(boxes) > 1 and all(low.y1 <= high.y0 for low, high in zip(boxes, boxes[1:]))
+
+
+def test_further_histories_begin_with_temperatures_and_leave_out_what_is_0():
+    time = np.linspace(0.0, 1.0, 20)
+    table = Table([Column("time", "s", time), Column("debris_mass", "kg", 0 * time), Column("strain_rate_max", "1/s", time),
+                   Column("tool_face_temperature", "K", 300.0 + time), Column("tool_tool_face_temperature", "K", 310.0 + time)])
+    axes = curves.others(table).axes
+    assert [axis.get_ylabel() for axis in axes] == ["temperature [K]", "strain rate max [1/s]"]
+    words = [text.get_text() for text in axes[0].get_legend().get_texts()]
+    assert words == ["tool face temperature", "tool tool face temperature"]
+
+
+def test_sections_are_not_at_the_ends_of_the_plate(run):
+    """Where the hottest place is at an end, the section is two particles within it, where the surface is not round."""
+    frame = run.frames[-1]
+    points = frame.points()
+    low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
+    (place,), _ = maps.section_positions(Scattered(run), [Hot(points)], [points])
+    assert high[0] - place[0] == pytest.approx(2.0 * run.spacing) and low[1] < place[1] < high[1]
+
+
+class Scattered:
+    """A run without a tool."""
+
+    def __init__(self, run):
+        self.history, self.spacing = None, run.spacing
+
+
+class Hot:
+    """A frame that is hottest at its largest x."""
+
+    def __init__(self, points):
+        self.points = points
+
+    def field(self, name):
+        return 300.0 + 1e4 * self.points[:, 0]
+
+
 def test_names_and_units_are_those_people_use():
     assert units.words("tool_tool_velocity") == "tool velocity" and units.words("plastic_work") == "plastic work"
     assert units.scaled(3.2e-4, "m2") == (1e6, "mm\N{SUPERSCRIPT TWO}") and units.scaled(5e-4, "m") == (1e3, "mm")
@@ -113,11 +166,18 @@ def test_a_scale_names_the_field_that_a_frame_lacks(tmp_path, norm):
         norm([Frame(tmp_path / "a_000000.hdf")])
 
 
-def test_the_plate_has_two_views_to_scale_with_whole_ticks(run):
+@pytest.mark.parametrize("down", [0.0, 0.020])
+def test_the_plate_has_two_views_to_scale_with_whole_ticks(run, down):
+    """Also with a tool that comes out of the bottom, on which no number of an axis lies; the cut has an outline."""
     frame = run.frames[-1]
     scene = maps.build_scene(run, [frame])
     norm = maps.temperature_norm([frame])
-    figure = views.plate_picture(frame, scene.top[0].mesh, run.tool_mesh(frame), "temperature", "T", norm, look.TEMPERATURE, scene.along[0])
+    tool = run.tool_mesh(frame)
+    tool = tool.at(tool.points - [0.0, 0.0, down])
+    figure = views.plate_picture(frame, scene.top[0].mesh, tool, "temperature", "T", norm, look.TEMPERATURE, scene.along[0])
+    _, _, outline = views.cut_face(scene.along[0], frame.field("temperature"), norm, look.TEMPERATURE, views.Eye(views.SIDE))
+    assert np.ptp(outline[..., 0]) == pytest.approx(np.ptp(scene.top[0].mesh.points[:, 0]), rel=0.02)
+    seen = views.Eye(views.SIDE).sees(tool.points) * look.MM
     panels = figure.axes[:2]
     scales = np.concatenate([inches_per_mm(panel) for panel in panels])
     assert np.ptp(scales) < 0.01 * scales[0]
@@ -129,6 +189,8 @@ def test_the_plate_has_two_views_to_scale_with_whole_ticks(run):
         for text in panel.texts:  # none is cut by the edge of the picture
             box = text.get_window_extent(renderer)
             assert box.x0 >= 0 and box.y0 >= 0 and box.x1 <= figure.bbox.width and box.y1 <= figure.bbox.height
+    for text in panels[1].texts:
+        assert not (seen.min(axis=0) < text.get_position()).all() or not (text.get_position() < seen.max(axis=0)).all()
 
 
 @pytest.mark.parametrize("turns", [24, 36, 48, 60])

@@ -97,7 +97,9 @@ def history_rows(history: Table) -> Rows:
         rows.append((f"{units.words(column.name)}: peak; at the end",
                      f"{amount(peak(column), column.unit)}; {amount(last_number(column), column.unit)}"))
     for column in history.with_unit("J"):
-        rows.append((f"{units.words(column.name)} at the end", amount(last_number(column), "J")))
+        if np.nanmax(np.abs(column.values), initial=0.0) > 0.0:
+            first = column.values[0] if column.name.endswith("heat_content") else 0.0  # which counts from 0 K
+            rows.append((f"{units.words(column.name)}{' since the start' if first else ''} at the end", amount(last_number(column) - first, "J")))
     for column in history.matching(r"audit_error.*"):
         rows.append(
             (

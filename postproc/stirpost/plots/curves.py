@@ -36,6 +36,7 @@ def thermocouples(probes: Table, measured: Record | None = None) -> Figure | Non
     axis.set_xlabel("time [s]")
     other_degrees(axis)
     beside(axis, len(columns), offset=1.09)
+    make_room(figure, [axis])
     return figure
 
 
@@ -125,7 +126,7 @@ def energies(history: Table) -> Figure | None:
 
 
 def others(history: Table) -> Figure | None:
-    """Temperatures, shares and speeds of the history: every unit that is in no other picture."""
+    """Temperatures, shares and speeds of the history, and every other unit that is in no other picture; what is always 0 is left out."""
     taken = {"time", "step", "dt"}
     patterns = [r".+_torque", r".+_force(_[xyz])?", r"audit_error.*", r".+_[xyz]"]
     patterns += [re.escape(tool.name) + "_((friction_)?power|angle|tilt)" for tool in tools_of(history)]
@@ -134,7 +135,7 @@ def others(history: Table) -> Figure | None:
     left = [
         c
         for c in history.columns
-        if c.name not in taken and c.unit != "J" and np.isfinite(c.values).any()
+        if c.name not in taken and c.unit != "J" and np.nanmax(np.abs(c.values), initial=0.0) > 0.0
     ]
     for tool in tools_of(history):  # where nothing rubs there is no share
         left = [
@@ -145,7 +146,7 @@ def others(history: Table) -> Figure | None:
         ]
     titles = {"K": "temperature", "%": "share", "m/s": "speed", "W": "power"}
     panels = []
-    for unit in dict.fromkeys(column.unit for column in left if column.unit):
+    for unit in [u for u in dict.fromkeys([*titles, *(column.unit for column in left if column.unit)]) if any(c.unit == u for c in left)]:
         panels.append((titles.get(unit, ""), [column for column in left if column.unit == unit]))
     return stacked(history, panels)
 
@@ -181,12 +182,14 @@ def draw(axis: Axes, time: np.ndarray, title: str, columns: list[Column]) -> Non
                    for c in columns]
     largest = max(np.nanmax(np.abs(column.values), initial=0.0) for column in columns)
     factor, unit = units.scaled(largest, columns[0].unit)
-    for column, kind in zip(columns, look.line_kinds(len(columns))):
+    names = [units.words(column.name) for column in columns]  # of two that would be the same, the longer one in full
+    names = [column.name.replace("_", " ") if names.count(name) > 1 else name for name, column in zip(names, columns)]
+    for column, name, kind in zip(columns, names, look.line_kinds(len(columns))):
         values = column.values * factor
         if len(values) > MANY_ROWS and is_rough(values):  # the rattle pale, its running mean on top
             axis.plot(time, values, color=kind["color"], linewidth=0.6, alpha=0.3)
             values = running_mean(values, len(values) // 120)
-        axis.plot(time, values, label=units.words(column.name), **kind)
+        axis.plot(time, values, label=name, **kind)
     alone = len(columns) == 1
     finish(axis, f"{units.words(columns[0].name) if alone or not title else title} [{unit}]")
     warm = title == "temperature"

@@ -30,7 +30,8 @@ def strain_of(flow: Flow) -> np.ndarray:
 def sheet(voids: Voids) -> Figure:
     """Sections at equal distances: the fill from which voids are measured, and how far from the way the metal was at first, faded as the fill."""
     flow, (s, n, z) = voids.flow, voids.axes
-    chosen = np.unique(np.round(np.linspace(0, len(s) - 1, min(MOST, len(s) // 4 + 1) + 1)).astype(int))
+    count = min(MOST, len(s) // 4 + 1) + 1
+    chosen = ((np.arange(count) + 0.5) / count * len(s)).astype(int)  # not at the ends, where half of what a kernel weighs is missing
     higher, flash = voids.above(flow.face + 0.4 * (flow.face - flow.low[2]))
     up = np.concatenate([z, higher])
     came, half = voids.way.side(flow.x0) * units.MM, 0.5 * voids.step

@@ -153,6 +153,7 @@ def colour_bar(figure: Figure, norm: Normalize, colours: Colormap, strip: Axes |
     bar = figure.colorbar(ScalarMappable(norm, colours), cax=strip, label=label, extend=extend, **more)
     if isinstance(norm, LogNorm) and norm.vmin >= 1e-3:
         decades = 10.0 ** np.arange(np.ceil(np.log10(norm.vmin) - 1e-6), np.log10(norm.vmax))
+        decades = decades[decades < norm.vmax / 1.5]  # a number would lie on that of the end
         bar.set_ticks([x for x in np.append(decades, norm.vmax)])
         bar.set_ticklabels([f"{x:.3g}" for x in np.append(decades, norm.vmax)])
         bar.minorticks_off()

@@ -186,9 +186,12 @@ def section_positions(run: Run, frames: list[Frame], clouds: list[np.ndarray]) -
             following = hottest[k]
         places = [np.array([x, middle[1]]) for x in hottest]
         follows = "the hottest place" if known else "the middle"
-    return [
-        np.clip(place, points[:, :2].min(axis=0), points[:, :2].max(axis=0)) for place, points in zip(places, clouds)
-    ], follows
+    inner = []  # at an end the surface is round, a particle's size
+    for place, points in zip(places, clouds):
+        low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
+        edge = np.minimum(2.0 * run.spacing, 0.25 * (high - low))
+        inner.append(np.clip(place, low + edge, high - edge))
+    return inner, follows
 
 
 def hottest_place(x: np.ndarray, temperature: np.ndarray) -> float | None:
@@ -240,7 +243,7 @@ def body_map(view: View, kind: str) -> Figure:
     colours = look.line_colours(len(names))
     axis.imshow(picture, origin="lower", extent=view.extent, cmap=ListedColormap(colours), vmin=-0.5, vmax=len(names) - 0.5,
                 interpolation="nearest", aspect="auto")
-    axis.add_collection(LineCollection([line * units.MM for line in view.tool], colors="#14233a", linewidths=1.3))
+    draw_tool(axis, view.tool)
     axis.set_xlim(view.extent[:2])
     axis.set_ylim(view.extent[2:])
     axis.set_facecolor(look.PAPER)
@@ -259,9 +262,15 @@ def draw(axis: Axes, view: View, name: str, colours: Colormap, norm: Normalize) 
         axis.patch.set_visible(False)
     else:
         draw_section(axis, view, view.values(name), colours, norm)
-    axis.add_collection(LineCollection([line * units.MM for line in view.tool], colors="#14233a", linewidths=1.3))
+    draw_tool(axis, view.tool)
     axis.set_xlim(view.extent[:2])
     axis.set_ylim(view.extent[2:])
+
+
+def draw_tool(axis: Axes, outline: list[np.ndarray]) -> None:
+    """Dark on light, so that it is seen on metal of any colour."""
+    for colour, width in (("#ffffffb0", 2.6), ("#14233a", 1.3)):
+        axis.add_collection(LineCollection([line * units.MM for line in outline], colors=colour, linewidths=width))
 
 
 def draw_section(axis: Axes, view: View, values: np.ndarray, colours: Colormap, norm: Normalize) -> None:

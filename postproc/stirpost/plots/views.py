@@ -28,7 +28,7 @@ SHARP = 30.0  # degrees between faces of a tool: an edge is drawn
 STEEL, STRIPE, INK, STRIPES = (184, 190, 198), (150, 157, 166), (34, 48, 60), 12
 FINE = 130  # pixels an inch
 TOP = 90.0  # percent of the points of the surface are below the top of the plate, or not far above it
-Face = tuple[np.ndarray, np.ndarray]  # of a section: its corners (4, 3), and a picture with opacities
+Face = tuple[np.ndarray, np.ndarray, np.ndarray]  # of a section: its corners (4, 3), a picture with opacities, segments (n, 2, 3) of its outline
 ABOVE = Eye((0.0, -1e-6, 1.0))
 
 
@@ -51,7 +51,7 @@ def coloured(values: np.ndarray, norm: Normalize, colours: Colormap) -> np.ndarr
 
 
 def cut_face(view: View, values: np.ndarray, norm: Normalize, colours: Colormap, eye: Eye) -> Face | None:
-    """The plane of a section; None where it meets no metal."""
+    """The plane of a section: its corners, what it shows, and the segments (n, 2, 3) of its outline; None where it meets no metal."""
     if not view.inside.any():
         return None
     i, j = view.across
@@ -61,7 +61,11 @@ def cut_face(view: View, values: np.ndarray, norm: Normalize, colours: Colormap,
     corners[:, view.axis] = view.at + 1e-5 * np.sign(eye.axes[2][view.axis])  # before the edge of the metal behind it
     corners[:, i] = view.low[i], view.high[i], view.high[i], view.low[i]
     corners[:, j] = view.low[j], view.low[j], view.high[j], view.high[j]
-    return corners, picture[::-1]
+    outline = np.empty((sum(len(line) - 1 for line in view.outline), 2, 3))
+    outline[..., view.axis] = corners[0, view.axis]
+    for k, side in enumerate((i, j)):
+        outline[..., side] = np.concatenate([np.stack([line[:-1, k], line[1:, k]], axis=1) for line in view.outline])
+    return corners, picture[::-1], outline
 
 
 def image(eye: Eye, box: np.ndarray, fine: float, metal: Mesh, colours: np.ndarray, tool: Mesh | None = None,
@@ -70,7 +74,8 @@ def image(eye: Eye, box: np.ndarray, fine: float, metal: Mesh, colours: np.ndarr
     canvas = Canvas(eye, box, fine)
     canvas.draw(metal.points, metal.corners, canvas.lit(point_normals(metal), colours, *METAL)[metal.corners], cull=face is None)
     if face is not None:
-        canvas.sheet(*face)
+        canvas.sheet(*face[:2])
+        canvas.lines(face[2], INK, 0.5 / fine)
     if tool is not None:
         whole, left = welded(tool)
         shade = np.broadcast_to(stripes_of(tool)[left][:, None], (len(whole.corners), 3, 3))
@@ -155,28 +160,31 @@ def plate_picture(frame: Frame, mesh: Mesh, tool: Mesh | None, name: str, label:
     low, high = np.percentile(mesh.points, [0.05, 99.95], axis=0)
     high[2] = np.percentile(mesh.points[:, 2], TOP)  # that of the plate, not of flash and debris
     whole = Eye(FRONT)
-    shown: list[tuple[Eye, np.ndarray, Mesh, Face | None]] = [(whole, seen_box(whole, mesh, tool), mesh, None)]
+    shown: list[tuple[Eye, np.ndarray, Mesh, Face | None, list[np.ndarray]]] = [(whole, seen_box(whole, mesh, tool), mesh, None, [low, high])]
     if view is not None:
         side = Eye(SIDE)
         half = half_behind(mesh, view.axis, view.at, side)
-        shown.append((side, seen_box(side, half, tool), half, cut_face(view, look.shown(name, frame.need(name)), norm, colours, side)))
-    sides, below, gap, head = 0.78, 0.5, 0.78, 0.3
+        corners = [low.copy(), high.copy()]
+        corners[int(side.axes[2][view.axis] > 0)][view.axis] = view.at
+        if tool is not None and tool.points[:, 2].min() < low[2]:  # axes are before and below a tool that comes out of the bottom
+            corners[0] = np.minimum(corners[0], tool.points.min(axis=0))
+        axes = Mesh(np.array(corners)[np.indices((2, 2, 2)).reshape(3, 8).T, np.arange(3)], np.empty((0, 3)))
+        face = cut_face(view, look.shown(name, frame.need(name)), norm, colours, side)
+        shown.append((side, seen_box(side, half, tool, axes), half, face, corners))
+    sides, below, gap, head = 0.78, 0.5, 0.9, 0.3
     right = look.BAR + 0.18  # half of a label of the last tick is beyond the picture
-    lengths = [np.diff(box, axis=0)[0] * units.MM for _, box, _, _ in shown]
+    lengths = [np.diff(box, axis=0)[0] * units.MM for _, box, *_ in shown]
     wide = look.WIDTH if view is not None else 8.2
     inches = (wide - sides - right - gap * (len(shown) - 1)) / sum(size[0] for size in lengths)
     tall = max(size[1] for size in lengths) * inches + below + head
     figure = look.new_figure(wide, tall)
     figure.set_layout_engine("none")
     left = sides
-    for (eye, box, part, face), size in zip(shown, lengths):
+    for (eye, box, part, face, corners), size in zip(shown, lengths):
         panel = panel_of(figure, left, below, box, inches)
         picture = image(eye, box, FINE * inches * units.MM, part, coloured(look.shown(name, part[name]), norm, colours), tool, face)
         panel.imshow(picture, extent=(*box[:, 0] * units.MM, *box[:, 1] * units.MM), aspect="auto", interpolation="antialiased")
         panel.set(xlim=box[:, 0] * units.MM, ylim=box[:, 1] * units.MM)
-        corners = [low.copy(), high.copy()]
-        if view is not None and part is not mesh:
-            corners[int(eye.axes[2][view.axis] > 0)][view.axis] = view.at
         draw_axes(panel, eye, *corners)
         left += size[0] * inches + gap
     figure.text(0.1 / wide, 1.0 - 0.2 / tall, f"t = {units.seconds(frame.time)}", fontsize=10)
