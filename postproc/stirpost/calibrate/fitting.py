@@ -71,14 +71,15 @@ class Fitting:
             run = trials.run(values)
             residuals = [each.residuals(run) for each in self.wanted]
             found = self.weighted(scaled, residuals, run)
-            said = f"{found.total:.5g}"
+            said = f"sum of squares {found.total:.5g}"
             row |= {"sum of squares": found.total}
             row |= {f"rms {w.label} [{w.unit}]": np.sqrt(np.mean(each**2)) for w, each in zip(self.wanted, residuals)}
         except Broken:
             pass
         self.seen[key] = found
         self.rows.append(row)
-        print(f"{len(self.rows)} {row['grid']}: {self.words(scaled)}: {said}", flush=True)
+        grid = f" {row['grid']}" if self.fine.most else ""
+        print(f"{len(self.rows)}{grid}: {self.words(scaled)}: {said}", flush=True)
         return found
 
     def weighted(self, scaled: np.ndarray, residuals: list[np.ndarray], run: Run) -> Computed:
@@ -111,6 +112,8 @@ class Fitting:
         searches = [self.least(there) for there in chosen[:starts]]
         self.ends = [end for end, _ in searches]
         self.best, self.slopes = min(searches, key=lambda search: search[0].total)
+        if self.spent:  # runs for slopes count too
+            self.best = min((there for there in self.seen.values() if isinstance(there, Computed)), key=lambda there: there.total)
         if self.fine.most > 0:
             self.refine()
 

@@ -177,7 +177,8 @@ def lines(result: dict) -> list[str]:
     for name, left in result["curves"].items():
         found.append(f"{name}: mean {left['mean']:+.4g}, rms {left['rms']:.4g}, largest {left['largest']:+.4g} {left['unit']}")
     runs = result["runs"]
-    found.append(f"{runs['coarse']} coarse and {runs['fine']} fine runs" + (": no more were allowed" if result["runs_spent"] else ""))
+    counted = f"{runs['coarse']} coarse and {runs['fine']} fine runs" if result["grid"] == "fine" else f"{runs['coarse']} runs"
+    found.append(counted + (": no more were allowed; the same command goes on from them, --runs allows more" if result["runs_spent"] else ""))
     return found
 
 
