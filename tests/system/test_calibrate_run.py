@@ -241,7 +241,7 @@ def test_a_search_that_was_stopped_goes_on(model):
 
 def test_a_search_that_has_not_ended_has_no_errors(model):
     """Exact: no standard error where --runs ended the search, which is far from its end here, and one where it came to its end."""
-    done, result = model("--vary", "SURFACE.COEFFICIENT=1000,100,1e5", "--runs", "2", "--design", "0")
+    done, result = model("--vary", "SURFACE.COEFFICIENT=300,100,1e5", "--runs", "2", "--design", "0")
     assert "SURFACE.COEFFICIENT = " in done.stdout and "+-" not in done.stdout
     assert "the search has not come to its end: no standard error" in done.stdout
     assert result["runs_spent"] and result["keys"]["SURFACE.COEFFICIENT"]["standard_error"] is None
