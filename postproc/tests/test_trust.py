@@ -10,6 +10,7 @@ import synthetic
 
 from stirpost import cli
 from stirpost.analysis import alarms, summary
+from stirpost.analysis.tools import main_tool
 from stirpost.io.scene import Scene
 from stirpost.io.table import Column, Table
 from stirpost.run import Run
@@ -71,6 +72,28 @@ def test_levels(run, kind):
         verdict = alarms.verdict(alarms.checks(run))
         assert verdict[0] == level and (level == "green" or name in verdict[1])
         assert (check.text in alarms.alarms(run)) == (level != "green")
+
+
+def test_cells_of_a_tool_from_a_file(run):
+    """Exact: as many as with its RADIUS, from the surface; a shank above the metal that is three times as wide does not count. Voids are not looked
+    for."""
+    synthetic.write_tools(run.directory)
+    name = "cells over the radius of the tool"
+    (with_radius,) = [check for check in alarms.checks(run) if check.name == name]
+    for shank in (1.0, 3.0):
+        other = Run(run.directory)
+        other.scene = Scene(INPUT.replace("RADIUS = 9e-3, PIN_RADIUS = 3e-3, PIN_LENGTH = 4e-3,", "KIND = 'stl', FILE = 'tool.stl', UNIT = 'mm',"))
+
+        def widened(frame, other=other, shank=shank):
+            mesh = Run.tool_mesh(other, frame)
+            axis = main_tool(other.history).place(frame.time)[:2]
+            above = mesh.points[:, 2] > mesh.points[:, 2].mean()
+            mesh.points[above, :2] = axis + shank * (mesh.points[above, :2] - axis)
+            return mesh
+
+        other.tool_mesh = widened
+        found = {check.name: check for check in alarms.checks(other)}
+        assert found[name].value == with_radius.value and "weld" not in found
 
 
 def test_load_on_metal_not_reached(run):

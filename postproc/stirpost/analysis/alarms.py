@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from . import units, voids
-from .tools import main_tool
+from .tools import face_radius, main_tool
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -178,7 +178,7 @@ def melting(run: Run) -> Check | None:
 
 def cells(run: Run) -> Check | None:
     tool = main_tool(run.history)
-    if tool is None or not (count := run.scene.radius(tool.name) / run.cell) > 0.0:
+    if tool is None or not (count := face_radius(run, tool) / run.cell) > 0.0:
         return None
     level = level_of(-count, -CELLS[0], -CELLS[1])
     text = "" if level == GREEN else (f"The grid has {count:.2g} cells over the radius of the tool: temperatures, force and torque "

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..io.frames import NoRun
 from ..io.scene import Scene
-from .tools import Tool, main_tool
+from .tools import Tool, face_radius, main_tool
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -80,9 +80,9 @@ def tool_path_of(run: Run, scene: Scene, until: float) -> ToolPath:
     tool = main_tool(run.history)
     if tool is None:
         raise NoRun(f"{run.directory}: no tool whose position the history has")
-    radius = scene.radius(tool.name)
+    radius = face_radius(run, tool)
     if not radius > 0.0:
-        raise NoRun(f"{run.directory}: the input has no RADIUS of {tool.name}")
+        raise NoRun(f"{run.directory}: no RADIUS of {tool.name} in the input, and no surface of it")
     time = run.history["time"]
     rows = tool.presses() & (time <= until * (1 + 1e-9))
     place = tool.pose[rows, :2]

@@ -5,10 +5,14 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..io.table import Column, Table
+
+if TYPE_CHECKING:
+    from ..run import Run
 
 SLOW = 0.02  # of the tool's largest speed: below, it stands
 MOST_PHASES = 12
@@ -135,6 +139,23 @@ def tools_of(history: Table) -> list[Tool]:
 def main_tool(history: Table) -> Tool | None:
     """The tool that does the most work, among those whose position is known."""
     return next((tool for tool in tools_of(history) if tool.has_pose), None)
+
+
+def face_radius(run: Run, tool: Tool) -> float:
+    """Radius of the face of a tool [m]: RADIUS, or, of a surface of any shape, the largest distance from its axis of what comes down to the metal or
+    a cell above it, of the whole surface if nothing does; NaN without a surface."""
+    given = run.scene.radius(tool.name)
+    names = [str(group.get("name", "tool")) for group in run.scene.groups("tool")]
+    if given > 0.0 or not run.frames or not tool.has_pose or tool.name not in names:
+        return given
+    lowest = min(run.frames, key=lambda frame: tool.place(frame.time)[2])
+    mesh = run.tool_mesh(lowest)
+    points = np.empty((0, 3)) if mesh is None else mesh.points[mesh["tool"] == names.index(tool.name) + 1]
+    if not len(points):
+        return np.nan
+    away = np.linalg.norm((points - tool.place(lowest.time))[:, :2], axis=1)
+    low = points[:, 2] < run.frames[0].points()[:, 2].max() + run.cell
+    return float(away[low if low.any() else slice(None)].max())
 
 
 def supports(history: Table) -> list[Column]:

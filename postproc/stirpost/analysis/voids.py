@@ -50,6 +50,8 @@ class Voids:
     def __init__(self, flow: Flow):
         self.flow = flow
         self.way = way = flow.way
+        if not flow.scene.radius(way.tool.name) > 0.0:
+            raise NoRun(f"{way.tool.name} has no RADIUS: where on its surface face and pin are is not known")
         self.pin = float(flow.scene.of("tool", way.tool.name).get("pin_radius") or 0.0)
         self.edge = h = flow.spacing
         self.cell = flow.run.cell if np.isfinite(flow.run.cell) else 2.0 * h

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..analysis import summary, voids
-from ..analysis.tools import main_tool
+from ..analysis.tools import face_radius, main_tool
 from ..io.files import write
 from ..io.program import Failed
 from ..io.scene import Scene
@@ -180,7 +180,7 @@ def judged(run: Run, options: argparse.Namespace) -> dict:
 def flash_share(run: Run, flash: float | None) -> float | None:
     """Metal above the sheet per length of travel, over the section of the sheet under the shoulder [%]; the way is that of the middle of the tool and its width."""
     tool = main_tool(run.history)
-    if flash is None or tool is None or not (radius := run.scene.radius(tool.name)) > 0.0:
+    if flash is None or tool is None or not (radius := face_radius(run, tool)) > 0.0:
         return None
     points = run.frames[0].points()[:, 2]
     way = np.linalg.norm((tool.place(run.history["time"][-1]) - tool.place(run.history["time"][0]))[:2]) + 2.0 * radius
