@@ -35,7 +35,9 @@ restarts=${SLURM_RESTART_COUNT:-0}
 cd "${SLURM_SUBMIT_DIR:-.}" || exit 1
 asked= # what a case of a study was made from, until it is done
 if [[ $1 == --cases ]]; then
-  IFS=$'\t' read -ra arguments < <(sed -n "${SLURM_ARRAY_TASK_ID}p" "$2")
+  case=${SLURM_ARRAY_TASK_ID:?is not set: submit the cases with sbatch --array}
+  IFS=$'\t' read -ra arguments < <(sed -n "${case}p" "$2")
+  ((${#arguments[@]} > 0)) || { echo "$2 has no case $case" >&2; exit 2; }
 fi
 results=$("$stirpoint" "${arguments[@]}" --where | tail -n 1) # as &RUN NAME says
 [[ -n $results ]] || exit 2                                    # the input is wrong, and it said so

@@ -70,3 +70,15 @@ def test_a_job_array_is_resumed_gathered_and_drawn(tmp_path, queue):
     array, plain = (pd.read_csv(tmp_path / name / "sweep.csv") for name in ("array", "plain"))
     assert len(plain) == 3 and array.equals(plain)
     assert "--array=4,5,6 " in sweep(tmp_path, "--slurm", "-o", "array", "--set", "TIME.CFL=0.8")
+
+
+@pytest.mark.parametrize("case, said", [(None, "submit the cases with sbatch --array"), ("4", "array/cases.txt has no case 4")])
+def test_a_case_that_is_not_there(tmp_path, case, said):
+    """A job that is no task of an array, and a task beyond the list, compute nothing and say why."""
+    shutil.copy(driver.INPUTS / "stir.nml", tmp_path)
+    sweep(tmp_path, "--slurm", "-o", "array")
+    environment = {key: value for key, value in driver.ENVIRONMENT.items() if key != "SLURM_ARRAY_TASK_ID"}
+    environment |= {"LAUNCHER": "env", "STIRPOINT": driver.EXECUTABLE} | ({"SLURM_ARRAY_TASK_ID": case} if case else {})
+    done = subprocess.run(["bash", "array/array.sh", "--cases", "array/cases.txt"], cwd=tmp_path, env=environment, capture_output=True, text=True,
+                          check=False, timeout=60)
+    assert done.returncode != 0 and said in done.stderr and not list(tmp_path.rglob("*_history.csv"))
