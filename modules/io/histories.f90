@@ -146,6 +146,8 @@ contains
     message = 'warning: '//path//' has other columns'
     if (found >= 0) message = 'warning: '//path//' holds '//str(found)//' of the '//str(rows)// &
                               ' rows that the run had written until t = '//str(last_time)//' s'
+    if (.not. is_there) message = 'warning: '//path//' begins at t = '//str(last_time)// &
+      ' s: it was not there, with the '//str(rows)//' rows that the run had written until then'
     if (is_there) then
       aside = free_name(path)
       call rename_file(path, aside, ok)
