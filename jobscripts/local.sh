@@ -72,12 +72,12 @@ installed() {
   [[ $(dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null) == installed ]]
 }
 
-# Sets `python` to one of Python >= 3.9 that can make a virtual environment.
+# Sets `python` to one of Python >= 3.10 that can make a virtual environment.
 find_python() {
   local candidate
   for candidate in /usr/bin/python3 "$(command -v python3 || true)"; do
     if [[ -n $candidate ]] && "$candidate" -c \
-      'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 9))' 2>/dev/null; then
+      'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 10))' 2>/dev/null; then
       python=$candidate
       return 0
     fi
@@ -89,7 +89,7 @@ install_packages() {
   local package missing=()
   if ! command -v dpkg-query >/dev/null; then
     stage "Not a Debian system: the compiler, MPI and HDF5 must be there already"
-    find_python || fail "no python3 >= 3.9 with venv and ensurepip"
+    find_python || fail "no python3 >= 3.10 with venv and ensurepip"
     return
   fi
   for package in "${packages[@]}"; do
@@ -103,7 +103,7 @@ install_packages() {
   if ((${#missing[@]} > 0)); then
     apt_install "${missing[@]}"
   fi
-  find_python || fail "no python3 >= 3.9 with venv and ensurepip (Debian: ${python_packages[*]})"
+  find_python || fail "no python3 >= 3.10 with venv and ensurepip (Debian: ${python_packages[*]})"
 }
 
 # sudo may ask for the password where there is somebody to answer.

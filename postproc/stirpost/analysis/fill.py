@@ -130,7 +130,7 @@ class Missing:
         cos, sin = np.cos(kernel.slope), np.sin(kernel.slope)
         across, up = cos * n + sin * z, cos * z - sin * n
         damped = np.exp(-0.5 * ((across * kernel.thin) ** 2 + (up * kernel.wide) ** 2))
-        return irfftn(spectrum * damped, self.sides[1:])[(slice(None), *(slice(n) for n in self.missing.shape[1:]))]
+        return irfftn(spectrum * damped, self.sides[1:])[:, :self.missing.shape[1], :self.missing.shape[2]]
 
     def found_holes(self) -> tuple[np.ndarray, np.ndarray]:
         """Centres of needles and balls that are too empty, a particle or more below the lid and above the bottom, which are not known

@@ -54,7 +54,7 @@ class Page:
 
 
 def asset(name: str) -> str:
-    return files("stirpost").joinpath("plots/assets", name).read_text(encoding="utf-8")
+    return (files("stirpost") / "plots/assets" / name).read_text(encoding="utf-8")
 
 
 def embedded(picture: Picture) -> str:
