@@ -201,8 +201,8 @@ def sleep(run: Run) -> Check | None:
 
 def largest_of(run: Run, name: str) -> float | None:
     """Largest magnitude of a column of the history, None without it."""
-    columns = run.history.matching(name)
-    return float(np.nanmax(np.abs(columns[0].values))) if columns else None
+    column = run.history.column(name)
+    return None if column is None else float(np.nanmax(np.abs(column.values)))
 
 
 def number(value: object) -> float:

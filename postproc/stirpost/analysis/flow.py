@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Set
 from contextlib import suppress
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ from ..io.frames import Frame, NoRun
 from ..io.scene import cavity_of
 from . import metal
 from .tool_path import ToolPath, tool_path_of
-from .tools import tools_of
+from .tools import rigid
 from .voids import Voids
 
 if TYPE_CHECKING:
@@ -30,13 +30,13 @@ class Flow:
 
     def __init__(self, run: Run, frame: Frame):
         self.run, self.frame, self.scene = run, frame, run.scene
-        rigid = {tool.name for tool in tools_of(run.history)}
-        self.bodies = [name for name in frame.body_names if name not in rigid]
+        tools = rigid(run.history)
+        self.bodies = [name for name in frame.body_names if name not in tools]
         self.first = first = run.frames[0]
         if first is frame:
             raise NoRun("there is one frame only: nothing to compare it with")
-        self.ids, place, body = by_number(first, rigid)
-        now_ids, now, _ = by_number(frame, rigid)
+        self.ids, place, body = by_number(first, tools)
+        now_ids, now, _ = by_number(frame, tools)
         there = np.isin(self.ids, now_ids)
         if not there.any():
             raise NoRun(f"{frame.path}: none of the particles of {first.path}")
@@ -337,14 +337,12 @@ class Flow:
         return peak, length
 
 
-def by_number(frame: Frame, rigid: set[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def by_number(frame: Frame, tools: Set[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Numbers, positions and bodies of all particles but those of tools, sorted by number."""
-    points, body, ids = frame.points(), frame.bodies(), frame.need("id")
-    keep = np.ones(len(points), dtype=bool)
-    for number, name in enumerate(frame.body_names):
-        keep &= (body != number) | (name not in rigid)
-    order = np.argsort(ids[keep])
-    return ids[keep][order], points[keep][order], body[keep][order]
+    keep = metal.metal_mask(frame, tools)
+    points, body, ids = frame.points()[keep], frame.bodies()[keep], frame.need("id")[keep]
+    order = np.argsort(ids)
+    return ids[order], points[order], body[order]
 
 
 def spread(grid: np.ndarray, x: np.ndarray, edge: np.ndarray, amount: np.ndarray) -> None:

@@ -38,7 +38,7 @@ def measure(run: Run, frame: Frame, rigid: frozenset[str]) -> Shape | None:
     bodies that are tools."""
     start = run.frames[0]
     first, last = metal_points(start, rigid), metal_points(frame, rigid)
-    if not len(first[0]) or not len(last[0]) or same_positions(first[0], last[0]):
+    if not len(first[0]) or not len(last[0]) or np.array_equal(first[0], last[0]):
         return None
     reach = run.cell if np.isfinite(run.cell) else 2.0 * run.spacing
     whole, pieces = connected(*last, max(reach, 1.01 * run.spacing))
@@ -61,16 +61,13 @@ def measure(run: Run, frame: Frame, rigid: frozenset[str]) -> Shape | None:
 
 def metal_points(frame: Frame, rigid: Set[str]) -> tuple[np.ndarray, np.ndarray]:
     """Positions of all particles but those of tools, and the numbers of their bodies from 0."""
-    points, body = frame.points(), frame.bodies()
-    keep = np.ones(len(points), dtype=bool)
-    for number, name in enumerate(frame.body_names):
-        if name in rigid:
-            keep &= body != number
-    return points[keep], body[keep]
+    keep = metal_mask(frame, rigid)
+    return frame.points()[keep], frame.bodies()[keep]
 
 
-def same_positions(one: np.ndarray, other: np.ndarray) -> bool:
-    return one.shape == other.shape and bool(np.array_equal(one, other))
+def metal_mask(frame: Frame, rigid: Set[str]) -> np.ndarray:
+    """Which particles are of no tool."""
+    return ~np.isin(frame.bodies(), [number for number, name in enumerate(frame.body_names) if name in rigid])
 
 
 def spacings(frame: Frame, run: Run) -> np.ndarray:
@@ -100,9 +97,7 @@ def pieces_of(points: np.ndarray, reach: float) -> np.ndarray:
 
     cell = np.floor((points - points.min(axis=0)) / (reach / np.sqrt(3.0)) * (1.0 - 1e-12)).astype(np.int64)
     size = cell.max(axis=0) + 1
-    _, first, node = np.unique(
-        (cell[:, 0] * size[1] + cell[:, 1]) * size[2] + cell[:, 2], return_index=True, return_inverse=True
-    )
+    _, first, node = np.unique((cell[:, 0] * size[1] + cell[:, 1]) * size[2] + cell[:, 2], return_index=True, return_inverse=True)
     node = node.reshape(-1)
     pairs = cKDTree(points).query_pairs(reach, output_type="ndarray")
     one, other = node[pairs[:, 0]], node[pairs[:, 1]]
@@ -120,10 +115,7 @@ def groove_depth(first: np.ndarray, last: np.ndarray, face: float, spacing: floa
     if not (high > low + 0.5 * spacing)[:2].all():
         return None
     edges = [low[k] + spacing * np.arange(np.ceil((high[k] - low[k]) / spacing - 1e-6) + 1) for k in (0, 1)]
-    heights = []
-    for points in (first, last):
-        highest = maximum_filter(highest_of(points, edges), size=3, mode="nearest")
-        heights.append(highest)
+    heights = [maximum_filter(highest_of(points, edges), size=3, mode="nearest") for points in (first, last)]
     at_top = np.isfinite(heights[0]) & (heights[0] > face - 0.5 * spacing) & np.isfinite(heights[1])
     return max(0.0, float(face - heights[1][at_top].min())) if at_top.any() else None
 

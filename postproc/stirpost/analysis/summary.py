@@ -10,7 +10,7 @@ import numpy as np
 
 from ..io.table import Column, Table
 from . import alarms, metal, units, voids
-from .tools import LOADS, Phase, main_tool, supports, tools_of
+from .tools import LOADS, Phase, main_tool, rigid, supports, tools_of
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -27,19 +27,13 @@ def frame_rows(run: Run) -> Rows:
     rows = [("simulated time", units.seconds(last.time))]
     if last.step >= 0:
         rows.append(("time steps", f"{last.step}"))
-    rows += [
-        ("frames", f"{len(run.frames)}"),
-        ("particles", f"{last.count}"),
-        ("particle spacing", f"{run.spacing * units.MM:.4g} mm"),
-    ]
+    rows += [("frames", f"{len(run.frames)}"), ("particles", f"{last.count}"), ("particle spacing", f"{run.spacing * units.MM:.4g} mm")]
     if np.isfinite(run.cell):
         rows.append(("grid cell", f"{run.cell * units.MM:.4g} mm"))
     hottest = hottest_frame(run)
     if hottest is not None:
         kelvin, time = hottest
-        rows.append(
-            ("highest temperature in the frames", f"{degrees(kelvin)} at {units.seconds(time)}")
-        )
+        rows.append(("highest temperature in the frames", f"{degrees(kelvin)} at {units.seconds(time)}"))
     strain = last.field("plastic_strain")
     if strain is not None and np.isfinite(strain).any():
         rows.append(("largest plastic strain at the end", f"{np.nanmax(strain):.3g}"))
@@ -61,23 +55,16 @@ def hottest_frame(run: Run) -> tuple[float, float] | None:
 def shape_rows(run: Run) -> Rows:
     """Flash above the initial top face, debris apart, and groove below it at the end; none for a scene without a tool,
     or whose metal has not moved."""
-    tools = tools_of(run.history)
+    tools = rigid(run.history)
     if run.history and not tools:
         return []
-    shape = metal.measure(run, run.frames[-1], frozenset(tool.name for tool in tools))
+    shape = metal.measure(run, run.frames[-1], tools)
     if shape is None:
         return []
-    rows = [
-        ("flash: height above the initial top face", f"{shape.flash_height * units.MM:.2f} mm"),
-        ("flash: volume above the initial top face", cubic(shape.flash_volume)),
-        (
-            "debris",
-            f"{counted(shape.debris_particles, 'particle')} in {counted(shape.debris_pieces, 'piece')}, "
-            f"{cubic(shape.debris_volume)}"
-            if shape.debris_pieces
-            else "none",
-        ),
-    ]
+    debris = f"{counted(shape.debris_particles, 'particle')} in {counted(shape.debris_pieces, 'piece')}, {cubic(shape.debris_volume)}"
+    rows = [("flash: height above the initial top face", f"{shape.flash_height * units.MM:.2f} mm"),
+            ("flash: volume above the initial top face", cubic(shape.flash_volume)),
+            ("debris", debris if shape.debris_pieces else "none")]
     if shape.groove is not None:
         rows.append(("groove: greatest depth below the initial top face", f"{shape.groove * units.MM:.2f} mm"))
     return rows
@@ -101,12 +88,7 @@ def history_rows(history: Table) -> Rows:
             first = column.values[0] if column.name.endswith("heat_content") else 0.0  # which counts from 0 K
             rows.append((f"{units.words(column.name)}{' since the start' if first else ''} at the end", amount(last_number(column) - first, "J")))
     for column in history.matching(r"audit_error.*"):
-        rows.append(
-            (
-                f"{units.words(column.name)}: largest",
-                amount(np.nanmax(np.abs(column.values)), column.unit),
-            )
-        )
+        rows.append((f"{units.words(column.name)}: largest", amount(np.nanmax(np.abs(column.values)), column.unit)))
     for column in history.matching(r"temperature_max"):
         rows.append(("highest temperature in the history", degrees(np.nanmax(column.values))))
     return rows
@@ -121,7 +103,7 @@ def phase_tables(run: Run) -> list[tuple[str, list[str], list[list[str]]]]:
             continue
         columns = [column for load in LOADS for column in tool.loads(load)]
         scales = [units.scaled(float(np.nanmax(np.abs(column.values))), column.unit) for column in columns]
-        hottest = next(iter(run.history.matching("temperature_max")), None)
+        hottest = run.history.column("temperature_max")
         headings = ["phase", "time [s]", "way [mm]"]
         for column, (_, unit) in zip(columns, scales):
             headings.append(f"{units.words(column.name[len(tool.name) + 1:])} [{unit}]")
@@ -159,7 +141,7 @@ def process_table(run: Run) -> Process | None:
         found = run.attempt("a check", check, run)
         return found.text if found is not None else ""
 
-    hottest = next(iter(history.matching("temperature_max")), None)
+    hottest = history.column("temperature_max")
     if hottest is not None:
         rows.append(("peak temperature [K]", [figure(largest(hottest.values, p), 4) for p in spans], remark(alarms.melting)))
     beside = {"force_z": alarms.inertia, "torque": alarms.weld}
@@ -191,7 +173,7 @@ def measures(run: Run) -> dict[str, float]:
                 found[f"{words}, peak [{unit}]"] = abs(largest(column.values, Phase("all", 0, len(history) - 1)))
     found |= {f"{column.name}, peak [K]": float(np.nanmax(column.values)) for column in run.probes.with_unit("K")}
     if run.frames and tool is not None:
-        shape = metal.measure(run, run.frames[-1], frozenset(t.name for t in tools_of(history)))
+        shape = metal.measure(run, run.frames[-1], rigid(history))
         if shape is not None:
             found["flash [mm3]"] = shape.flash_volume * units.MM**3
             if shape.groove is not None:
@@ -210,15 +192,15 @@ def measures(run: Run) -> dict[str, float]:
 def weld(run: Run) -> str:
     """Workpiece, tool and process, as far as the run gives them."""
     tool, scene = main_tool(run.history), run.scene
-    rigid = {t.name for t in tools_of(run.history)}
-    bodies = [n.strip() for n in run.frames[0].body_names if n.strip() not in rigid] if run.frames else []
+    tools = rigid(run.history)
+    bodies = [n.strip() for n in run.frames[0].body_names if n.strip() not in tools] if run.frames else []
     parts = []
     for name in bodies:
         material = scene.of("body", name).get("material")
         parts.append(f"{name} ({material})" if material else name)
     text = f"{'Weld' if len(bodies) > 1 else 'Pass'} of {' and '.join(parts)}" if parts else "Pass"
     if run.frames:
-        points = metal.metal_points(run.frames[0], rigid)[0]
+        points = metal.metal_points(run.frames[0], tools)[0]
         size = " x ".join(f"{x * units.MM:.3g}" for x in np.ptp(points, axis=0) + run.spacing) if len(points) else ""
         text += f", {size} mm" if size else ""
     if tool is None:
@@ -290,12 +272,7 @@ def probe_rows(probes: Table) -> Rows:
     rows: Rows = []
     for column in probes.with_unit("K"):
         at = np.nanargmax(column.values)
-        rows.append(
-            (
-                f"thermocouple {column.name}: peak",
-                f"{degrees(column.values[at])} at {units.seconds(probes['time'][at])}",
-            )
-        )
+        rows.append((f"thermocouple {column.name}: peak", f"{degrees(column.values[at])} at {units.seconds(probes['time'][at])}"))
     return rows
 
 

@@ -36,8 +36,7 @@ class Tool:
 
     def column(self, quantity: str) -> Column | None:
         """A column of the tool that holds a number."""
-        found = self.history.matching(re.escape(f"{self.name}_{quantity}"))
-        return found[0] if found else None
+        return self.history.column(f"{self.name}_{quantity}")
 
     def loads(self, pattern: str) -> list[Column]:
         return self.history.matching(re.escape(self.name) + "_" + pattern)
@@ -134,6 +133,11 @@ def tools_of(history: Table) -> list[Tool]:
     """The tools of a history, the one with the most work first."""
     names = [c.name[: -len("_torque")] for c in history.columns if c.name.endswith("_torque") and c.unit == "Nm"]
     return sorted((Tool(history, name) for name in names), key=lambda tool: -tool.work())
+
+
+def rigid(history: Table) -> frozenset[str]:
+    """Names of bodies that are tools."""
+    return frozenset(tool.name for tool in tools_of(history))
 
 
 def main_tool(history: Table) -> Tool | None:

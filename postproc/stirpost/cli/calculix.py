@@ -23,7 +23,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..analysis.tools import tools_of
+from ..analysis import metal
+from ..analysis.tools import rigid
 from ..analysis.units import MM
 from ..calibrate.law import run_program
 from ..io.files import write
@@ -66,8 +67,8 @@ class Plate:
         if not run.frames:
             raise NoRun(f"{run.directory}: no frames")
         self.run, first = run, run.frames[0]
-        self.rigid = {tool.name for tool in tools_of(run.history)}
-        points, body = self.metal(first)
+        self.tools = rigid(run.history)
+        points, body = metal.metal_points(first, self.tools)
         half = 0.5 * run.spacing
         self.low, high = points.min(axis=0) - half, points.max(axis=0) + half
         self.counts = np.maximum(1, np.round((high - self.low) / cell)).astype(int)
@@ -82,20 +83,14 @@ class Plate:
         self.material = np.array(names)[body[which]]
         self.materials = sorted(set(self.material))
 
-    def metal(self, frame: Frame) -> tuple[np.ndarray, np.ndarray]:
-        """Positions of all particles but those of tools, and the numbers of their bodies."""
-        points, body = frame.points(), frame.bodies()
-        self.keep = ~np.isin(body, [k for k, name in enumerate(frame.body_names) if name in self.rigid])
-        return points[self.keep], body[self.keep]
-
     def temperatures(self, frame: Frame) -> np.ndarray:
         """Temperatures of the nodes: means over the nearest particles [K]."""
         from scipy.spatial import cKDTree
 
-        points, _ = self.metal(frame)
+        points, _ = metal.metal_points(frame, self.tools)
         away, near = cKDTree(points).query(self.points, k=min(NEAR, len(points)))
         weight = 1.0 / (away + 0.1 * self.run.spacing) ** 2
-        values = frame.need("temperature")[self.keep].astype(float)
+        values = frame.need("temperature")[metal.metal_mask(frame, self.tools)].astype(float)
         return (values[near] * weight).sum(axis=1) / weight.sum(axis=1)
 
     def held(self, time: float) -> list[tuple[int, int]]:
@@ -174,16 +169,16 @@ def given(pairs: list[str]) -> list[tuple[float, float]]:
         raise ValueError(f"--strength {' '.join(pairs)}: expected K=MPa ...") from None
 
 
-def strength_of(scene: Scene, metal: str, options: argparse.Namespace) -> list[tuple[float, float]]:
+def strength_of(scene: Scene, name: str, options: argparse.Namespace) -> list[tuple[float, float]]:
     """Temperatures [K] and flow stresses [MPa] at a small plastic strain, by stirpoint --material."""
-    material = scene.of("material", metal)
+    material = scene.of("material", name)
     kelvins = np.linspace(298.0, float(material.get("t_melt", 1000.0)), 13)
     wanted = Scene("")
     wanted.add("MATERIAL", **material)
     names = [f"t{k:02d}" for k in range(len(kelvins))]
-    for name, kelvin in zip(names, kelvins):
-        wanted.add("PATH", name=name, material=metal, kind="strain", rate=options.rate, strain=STRAIN, step=STRAIN / 10.0,
+    for curve, kelvin in zip(names, kelvins):
+        wanted.add("PATH", name=curve, material=name, kind="strain", rate=options.rate, strain=STRAIN, step=STRAIN / 10.0,
                    temperature=float(kelvin), rows=10)
     with tempfile.TemporaryDirectory() as folder:
         curves = run_program([wanted.write(Path(folder) / "law.nml")], Path(folder), names, options.program)
-    return [(float(kelvin), float(curves[name]["stress"][-1]) * 1e-6) for name, kelvin in zip(names, kelvins)]
+    return [(float(kelvin), float(curves[curve]["stress"][-1]) * 1e-6) for curve, kelvin in zip(names, kelvins)]

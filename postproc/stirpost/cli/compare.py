@@ -104,7 +104,7 @@ def loads(runs: list[Run], names: list[str]) -> Figure | None:
     tools = [main_tool(run.history) for run in runs]
     wanted = [("force_z", "axial force"), ("force_x", "force along x"), ("torque", "torque"), ("power", "power")]
     panels = [(words, [tool.column(name) if tool else None for tool in tools]) for name, words in wanted]
-    hottest = [next(iter(run.history.matching("temperature_max")), None) for run in runs]
+    hottest = [run.history.column("temperature_max") for run in runs]
     panels.append(("highest temperature", hottest))
     panels = [(words, columns) for words, columns in panels if any(column is not None for column in columns)]
     if not panels:

@@ -67,7 +67,6 @@ class Film:
     def __init__(self, run: Run, options: argparse.Namespace):
         from ..analysis import surface
         from ..analysis.tool_path import tool_path_of
-        from ..analysis.tools import tools_of
         from ..plots import canvas, maps, views
 
         if len(run.frames) < 2:
@@ -76,7 +75,6 @@ class Film:
         self.run, self.colour, self.maps, self.surface, self.views = run, options.colour, maps, surface, views
         self.frames = maps.choose_frames(run.frames, max(2, options.frames))
         self.behind = BEHIND * self.tool_path.radius if options.behind is None else options.behind / units.MM
-        self.rigid = {tool.name for tool in tools_of(run.history)}
         self.eye = canvas.Eye(views.BEHIND)
         if self.colour == "origin":
             ids = run.frames[0].need("id")
@@ -109,14 +107,11 @@ class Film:
 
     def parts(self, frame: Frame) -> tuple[Mesh, Mesh | None, Face | None]:
         """Visible parts of a frame: the metal before the cut, the tool, the face of the cut."""
-        from scipy.spatial import cKDTree
-
         points, values = self.turned(frame.points()), self.values(frame)
         metal = self.surface.metal(self.run, frame, [])
         metal = metal.at(self.turned(metal.points))
-        away, near = cKDTree(points).query(metal.points, k=8)
-        weight = np.exp(-((away**2 - away[:, :1] ** 2) / (0.75 * self.run.spacing) ** 2))
-        metal.data["colour"] = self.views.coloured((values[near] * weight).sum(axis=1) / weight.sum(axis=1), self.norm, self.colours)
+        near, weight = self.maps.weights(metal.points, points, self.run.spacing, 8)
+        metal.data["colour"] = self.views.coloured((values[near] * weight).sum(axis=1), self.norm, self.colours)
         tool = self.run.tool_mesh(frame)
         if tool is not None:
             tool = tool.at(self.turned(tool.points))

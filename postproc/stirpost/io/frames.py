@@ -140,14 +140,7 @@ def list_frames(directory: Path, name: str, faults: list[str]) -> list[Frame]:
     listed = [(path, time) for path, time in listed if path.is_file()]
     if not listed:
         numbered = [(FRAME_NAME.match(path.name), path) for path in directory.glob("*.hdf")]
-        listed = [
-            (path, None)
-            for _, path in sorted(
-                (int(match["number"]), path)
-                for match, path in numbered
-                if match and match["name"] == name
-            )
-        ]
+        listed = [(path, None) for _, path in sorted((int(match["number"]), path) for match, path in numbered if match and match["name"] == name)]
     frames = []
     for path, time in listed:
         try:
@@ -188,10 +181,7 @@ def read_input_text(frames: list[Frame]) -> str:
             if "stirpoint/input" not in file:
                 continue
             lines = np.atleast_1d(file["stirpoint/input"][()])
-            return "\n".join(
-                line.decode(errors="replace").rstrip() if isinstance(line, bytes) else str(line)
-                for line in lines
-            ).strip("\0")
+            return "\n".join(text_in(line).rstrip() for line in lines).strip("\0")
     return ""
 
 

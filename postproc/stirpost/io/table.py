@@ -72,6 +72,10 @@ class Table:
         """Columns of one unit that hold at least one number."""
         return self.filled(name for name, own in self.units.items() if own == unit)
 
+    def column(self, name: str) -> Column | None:
+        """The column of a name, if it holds a number."""
+        return next(iter(self.filled([name] if name in self else [])), None)
+
     def matching(self, pattern: str) -> list[Column]:
         """Columns whose whole name matches a regular expression and that hold a number."""
         wanted = re.compile(pattern)

@@ -62,9 +62,7 @@ def differences(probes: Table, measured: Record) -> list[tuple[str, str]]:
 def place(probes: Table, name: str) -> str:
     """' (50, 12, 6)': the first position in mm."""
     parts = [probes[f"{name}_{axis}"] for axis in "xyz" if f"{name}_{axis}" in probes]
-    first = [
-        values[np.isfinite(values)][0] * units.MM for values in parts if np.isfinite(values).any()
-    ]
+    first = [values[np.isfinite(values)][0] * units.MM for values in parts if np.isfinite(values).any()]
     return f" ({', '.join(f'{value:.4g}' for value in first)}) mm" if len(first) == 3 else ""
 
 
@@ -90,14 +88,7 @@ def mark_phases(figure: Figure, tool: Tool) -> None:
         for axis in figure.axes:
             axis.axvline(start, color="#8a96a3", linewidth=0.7, linestyle=":")
         if end - start > 0.05 * (time[-1] - time[0]):
-            figure.axes[0].text(
-                0.5 * (start + end),
-                1.02,
-                phase.kind,
-                transform=figure.axes[0].get_xaxis_transform(),
-                ha="center",
-                fontsize=8,
-            )
+            figure.axes[0].text(0.5 * (start + end), 1.02, phase.kind, transform=figure.axes[0].get_xaxis_transform(), ha="center", fontsize=8)
 
 
 def wall_loads(history: Table) -> Figure | None:
@@ -132,18 +123,9 @@ def others(history: Table) -> Figure | None:
     patterns += [re.escape(tool.name) + "_((friction_)?power|angle|tilt)" for tool in tools_of(history)]
     for pattern in patterns:
         taken |= {column.name for column in history.matching(pattern)}
-    left = [
-        c
-        for c in history.columns
-        if c.name not in taken and c.unit != "J" and np.nanmax(np.abs(c.values), initial=0.0) > 0.0
-    ]
-    for tool in tools_of(history):  # where nothing rubs there is no share
-        left = [
-            Column(c.name, c.unit, np.where(tool.rubs(), c.values, np.nan))
-            if c.name == f"{tool.name}_friction_share" and tool.rubs().any()
-            else c
-            for c in left
-        ]
+    left = [c for c in history.matching(".*") if c.name not in taken and c.unit != "J" and np.nanmax(np.abs(c.values)) > 0.0]
+    rubs = {f"{tool.name}_friction_share": tool.rubs() for tool in tools_of(history)}  # where nothing rubs there is no share
+    left = [Column(c.name, c.unit, np.where(rubs[c.name], c.values, np.nan)) if c.name in rubs and rubs[c.name].any() else c for c in left]
     titles = {"K": "temperature", "%": "share", "m/s": "speed", "W": "power"}
     panels = []
     for unit in [u for u in dict.fromkeys([*titles, *(column.unit for column in left if column.unit)]) if any(c.unit == u for c in left)]:
@@ -232,11 +214,4 @@ def other_degrees(axis: Axes) -> None:
 
 def beside(axis: Axes, entries: int, offset: float) -> None:
     """The legend to the right of the curves."""
-    axis.legend(
-        loc="upper left",
-        bbox_to_anchor=(offset, 1.02),
-        borderaxespad=0.0,
-        fontsize=8.5,
-        handlelength=1.4,
-        ncols=1 if entries <= 14 else 2,
-    )
+    axis.legend(loc="upper left", bbox_to_anchor=(offset, 1.02), borderaxespad=0.0, fontsize=8.5, handlelength=1.4, ncols=1 if entries <= 14 else 2)

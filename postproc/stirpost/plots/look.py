@@ -44,18 +44,7 @@ STYLE = {
     "figure.dpi": 130,
     "savefig.dpi": 130,
 }
-LINES = [
-    "#0b6fa4",
-    "#d1541b",
-    "#2a8c4a",
-    "#8a4fa3",
-    "#b8860b",
-    "#c2335a",
-    "#4b5fc1",
-    "#5d6a75",
-    "#14a0a0",
-    "#7a4a21",
-]
+LINES = ["#0b6fa4", "#d1541b", "#2a8c4a", "#8a4fa3", "#b8860b", "#c2335a", "#4b5fc1", "#5d6a75", "#14a0a0", "#7a4a21"]
 WIDTH, LEFT, BAR, BELOW, TITLE, GAP = 10.8, 0.62, 1.05, 0.5, 0.27, 0.18  # of a picture of panels, and beside them [inches]
 
 

@@ -136,9 +136,9 @@ def section(view: View, points: np.ndarray, at: float, spacing: float, pixels: i
     return view
 
 
-def weights(there: np.ndarray, points: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray]:
+def weights(there: np.ndarray, points: np.ndarray, spacing: float, most: int = NEIGHBOURS) -> tuple[np.ndarray, np.ndarray]:
     """The nearest points around places, and their weights: a Gaussian of three quarters of a particle."""
-    count = min(NEIGHBOURS, len(points))
+    count = min(most, len(points))
     away, near = cKDTree(points).query(there, k=count)
     away, near = away.reshape(-1, count), near.reshape(-1, count)
     weight = np.exp(-((away**2 - away[:, :1] ** 2) / (0.75 * spacing) ** 2))
