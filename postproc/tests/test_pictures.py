@@ -140,7 +140,7 @@ class Scattered:
     """A run without a tool."""
 
     def __init__(self, run):
-        self.history, self.spacing = None, run.spacing
+        self.history, self.spacing = Table([]), run.spacing
 
 
 class Hot:
@@ -177,7 +177,7 @@ def test_the_plate_has_two_views_to_scale_with_whole_ticks(run, down):
     figure = views.plate_picture(frame, scene.top[0].mesh, tool, "temperature", "T", norm, look.TEMPERATURE, scene.along[0])
     _, _, outline = views.cut_face(scene.along[0], frame.field("temperature"), norm, look.TEMPERATURE, views.Eye(views.SIDE))
     assert np.ptp(outline[..., 0]) == pytest.approx(np.ptp(scene.top[0].mesh.points[:, 0]), rel=0.02)
-    seen = views.Eye(views.SIDE).sees(tool.points) * look.MM
+    seen = views.Eye(views.SIDE).sees(tool.points) * units.MM
     panels = figure.axes[:2]
     scales = np.concatenate([inches_per_mm(panel) for panel in panels])
     assert np.ptp(scales) < 0.01 * scales[0]
