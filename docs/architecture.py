@@ -24,11 +24,11 @@ MAY_CARRY = {
     "hooks": "source",
     "output": "checkpoint diagnostics error_norms guards history progress totals warnings writer",
     "run": "balance debris loop mass_scaling regrid restart",
-    "simulation": "parts",
+    "state": "parts",
     "step": "acceptance advance constraints drives filter grid_motion room schedule to_grid",
 }
 # Parts of the simulation that a procedure of these layers takes instead, at most.
-MOST_PARTS = {"simulation": 3, "boundary": 3, "hooks": 3, "mpm": 5, "heat": 5, "contact": 7, "sleep": 7}
+MOST_PARTS = {"state": 3, "boundary": 3, "hooks": 3, "mpm": 5, "heat": 5, "contact": 7, "sleep": 7}
 
 REPEATED = 5                 # statements in the same order that count as a duplicate if they stand in two places
 
@@ -48,15 +48,15 @@ NOT_ENTERED = {
     "sleep_cubes": "sleepers",
     "mpm_prescribed": "known fields",
     "mpm_tractions": "tractions",
-    "simulation_probes": "probes",
-    "simulation_parts.after_nodes": "hooks",
+    "state_probes": "probes",
+    "state_parts.after_nodes": "hooks",
     "physics_flow_law": "laws with internal variables; its procedures are empty defaults for the others",
 }
 # Extensions of a type, by the beginning of their names: a step enters one, and what that rests on.
 ENTERED = {
     "physics_law_": {"physics_law_johnson_cook"},
     "physics_field": set(),
-    "simulation_c": set(),    # walls, and clamps whose nodes move alike, are not asked
+    "state_clamp": set(), "state_conditions": set(),    # walls, and clamps whose nodes move alike, are not asked
     "hooks": set(),
     "tools_mesh": set(),
     "tools_shape": {"tools_shape_revolved", "tools_shape", "tools_shape_shoulder"},
@@ -246,7 +246,7 @@ def carries(procedure):
 def check_owners(sources):
     """Only listed files take the whole simulation, and every listed one does; few parts stand in its place."""
     listed = {f"{layer}_{name}" for layer, names in MAY_CARRY.items() for name in names.split()}
-    parts = {kind for kind, _ in sources.modules["simulation_parts"].types["simulation_t"].components.values() if kind}
+    parts = {kind for kind, _ in sources.modules["state_parts"].types["simulation_t"].components.values() if kind}
     for procedure in sources.procedures():
         if carries(procedure) and procedure.module not in listed:
             yield f"{procedure.module}: {procedure.name} takes the whole simulation: give it the parts that it uses"

@@ -25,8 +25,8 @@ program stirpoint
   use setup_heat_scene, only: build_heat_scene
   use setup_sinks, only: log_heat_shares
   use setup_volumes, only: volumes_t
-  use simulation_parts, only: free_simulation, simulation_t
-  use simulation_scene, only: output_t
+  use state_parts, only: free_simulation, simulation_t
+  use state_scene, only: output_t
   implicit none (type, external)
 
   integer, parameter :: bad_input = 2

@@ -5,10 +5,10 @@ module boundary_clamp_list
   use base_kinds, only: rp
   use boundary_clamps, only: box_has, slack
   use grid_geometry, only: wrap
-  use simulation_boundary, only: column_nodes_t, column_t
-  use simulation_nodes, only: append, nodes_t
-  use simulation_run, only: clock_t
-  use simulation_scene, only: scene_t
+  use state_boundary, only: column_nodes_t, column_t
+  use state_clock, only: clock_t
+  use state_nodes, only: append, nodes_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 

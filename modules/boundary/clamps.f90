@@ -19,10 +19,10 @@
 module boundary_clamps
   use base_kinds, only: rp
   use grid_geometry, only: length_along, wrap
-  use simulation_boundary, only: column_nodes_t, column_t
-  use simulation_nodes, only: min_node_inertia, min_node_mass, nodes_t
-  use simulation_run, only: clock_t
-  use simulation_scene, only: scene_t
+  use state_boundary, only: column_nodes_t, column_t
+  use state_clock, only: clock_t
+  use state_nodes, only: min_node_inertia, min_node_mass, nodes_t
+  use state_scene, only: scene_t
   use tools_tool, only: tool_t
   implicit none (type, external)
   private

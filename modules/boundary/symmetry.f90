@@ -7,10 +7,10 @@
 !> whose mirror they reach.
 module boundary_symmetry
   use base_kinds, only: rp
-  use simulation_conditions, only: symmetry_t
-  use simulation_nodes, only: nodes_t
-  use simulation_run, only: budget_t, e_wall_heat
-  use simulation_scene, only: scene_t
+  use state_budget, only: budget_t, e_wall_heat
+  use state_conditions, only: symmetry_t
+  use state_nodes, only: nodes_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 

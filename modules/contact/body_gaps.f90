@@ -10,11 +10,11 @@ module contact_body_gaps
   use contact_body_surfaces, only: choose_normal, first_stretches, gap_between, &
                                    measure_mean, measure_shared, choose_mean
   use particles_store, only: f_mass, particles_t
-  use simulation_node_pairs, only: min_weight, n_kept, n_sums_all, n_sums_gradient, n_trials, &
+  use state_clock, only: clock_t
+  use state_node_pairs, only: min_weight, n_kept, n_sums_all, n_sums_gradient, n_trials, &
                                    node_pairs_t
-  use simulation_nodes, only: append, min_node_mass, nodes_t
-  use simulation_run, only: clock_t
-  use simulation_scene, only: scene_t
+  use state_nodes, only: append, min_node_mass, nodes_t
+  use state_scene, only: scene_t
   use tools_pair, only: moves_as_one, normal_regression
   implicit none (type, external)
   private

@@ -6,10 +6,10 @@ module contact_body_heat
   use mpm_blocks, only: corners_of, weights_of
   use particles_block, only: block_t, view_block
   use particles_store, only: f_heat, f_mass, particles_t
-  use simulation_node_pairs, only: node_pairs_t
-  use simulation_nodes, only: nodes_t
-  use simulation_run, only: clock_t
-  use simulation_scene, only: scene_t
+  use state_clock, only: clock_t
+  use state_node_pairs, only: node_pairs_t
+  use state_nodes, only: nodes_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 

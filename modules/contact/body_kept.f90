@@ -5,9 +5,9 @@ module contact_body_kept
   use base_kinds, only: rp
   use contact_body_near, only: far_distance
   use grid_geometry, only: patch_t
-  use simulation_node_pairs, only: min_weight, n_kept, node_pairs_t
-  use simulation_nodes, only: min_node_mass, nodes_t
-  use simulation_scene, only: scene_t
+  use state_node_pairs, only: min_weight, n_kept, node_pairs_t
+  use state_nodes, only: min_node_mass, nodes_t
+  use state_scene, only: scene_t
   use transfer_weights, only: point_nodes
   implicit none (type, external)
   private

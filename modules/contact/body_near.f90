@@ -6,11 +6,11 @@ module contact_body_near
   use mpm_blocks, only: corners_of, weights_of
   use particles_block, only: block_t, view_block
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, particles_t
-  use simulation_node_pairs, only: bundle_lanes, n_bundle, near_t, node_pairs_t, u_place, u_size, &
+  use state_clock, only: skin
+  use state_node_pairs, only: bundle_lanes, n_bundle, near_t, node_pairs_t, u_place, u_size, &
                                    u_weights
-  use simulation_nodes, only: nodes_t
-  use simulation_run, only: skin
-  use simulation_scene, only: scene_t
+  use state_nodes, only: nodes_t
+  use state_scene, only: scene_t
   use tools_pair, only: moves_as_one
   use transfer_kernels, only: run_length
   implicit none (type, external)

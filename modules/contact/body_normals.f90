@@ -11,9 +11,9 @@ module contact_body_normals
   use base_kinds, only: rp
   use contact_body_near, only: far_distance
   use grid_geometry, only: length_along, mean_edge, patch_t
-  use simulation_node_pairs, only: node_pairs_t, s_moment
-  use simulation_nodes, only: nodes_t
-  use simulation_scene, only: scene_t
+  use state_node_pairs, only: node_pairs_t, s_moment
+  use state_nodes, only: nodes_t
+  use state_scene, only: scene_t
   use tools_pair, only: normal_regression
   implicit none (type, external)
   private

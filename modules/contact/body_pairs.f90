@@ -7,10 +7,11 @@ module contact_body_pairs
   use grid_geometry, only: length_along
   use mpm_blocks, only: set_rigid_velocities
   use particles_store, only: particles_t
-  use simulation_node_pairs, only: node_pairs_t
-  use simulation_nodes, only: nodes_t
-  use simulation_run, only: budget_t, clock_t, e_contact, e_friction, e_normal_loss
-  use simulation_scene, only: scene_t
+  use state_budget, only: budget_t, e_contact, e_friction, e_normal_loss
+  use state_clock, only: clock_t
+  use state_node_pairs, only: node_pairs_t
+  use state_nodes, only: nodes_t
+  use state_scene, only: scene_t
   use tools_pair, only: compute_pair_impulse, compute_pair_loss, is_apart, is_stuck, law_coulomb, &
                         moves_as_one, pair_law_t
   use tools_sums, only: s_force, s_friction, s_metal_slip, s_normal_impulse, s_normal_loss, &

@@ -4,9 +4,9 @@
 module contact_body_sums
   use base_kinds, only: rp
   use grid_geometry, only: mean_edge, patch_t
-  use simulation_node_pairs, only: axis_rows, bundle_lanes, n_bundle, near_t, node_pairs_t, &
+  use state_node_pairs, only: axis_rows, bundle_lanes, n_bundle, near_t, node_pairs_t, &
                                    s_gradient, s_moment, u_place, u_slopes, u_weights
-  use simulation_scene, only: scene_t
+  use state_scene, only: scene_t
   use tools_pair, only: normal_regression
   implicit none (type, external)
   private

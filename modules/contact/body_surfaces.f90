@@ -7,9 +7,9 @@ module contact_body_surfaces
   use base_kinds, only: rp
   use contact_body_near, only: far_distance, first_stretch, sizes_along
   use grid_geometry, only: patch_t
-  use simulation_node_pairs, only: axis_rows, bundle_lanes, min_weight, n_box, n_bundle, n_trials, &
+  use state_node_pairs, only: axis_rows, bundle_lanes, min_weight, n_box, n_bundle, n_trials, &
                                    near_t, node_pairs_t, u_weights
-  use simulation_scene, only: scene_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 

@@ -37,10 +37,11 @@ module contact_tool_impulses
   use contact_tool_walls, only: record_wall_impulse, mark_held, reflect_masses, reflect_values, &
                                 restore_masses, restore_fractions, find_separate_sides
   use particles_store, only: particles_t
-  use simulation_nodes, only: min_node_inertia, min_node_mass, nodes_t
-  use simulation_run, only: budget_t, clock_t
-  use simulation_scene, only: scene_t
-  use simulation_tool_lists, only: add_values, impulse_of, load_return, m_last_impulse, m_pushed, &
+  use state_budget, only: budget_t
+  use state_clock, only: clock_t
+  use state_nodes, only: min_node_inertia, min_node_mass, nodes_t
+  use state_scene, only: scene_t
+  use state_tool_lists, only: add_values, impulse_of, load_return, m_last_impulse, m_pushed, &
                                    m_touching, n_both, n_masses, n_values, tool_contact_t, &
                                    v_coulomb, v_max_friction, v_normal, v_stick, v_transition
   use tools_law, only: friction_law_t, of_slip

@@ -24,9 +24,9 @@ module contact_tool_limits
   use physics_flow_law, only: softening_from
   use physics_material, only: material_t
   use physics_stress, only: compute_flow_strength
-  use simulation_nodes, only: nodes_t
-  use simulation_scene, only: scene_t
-  use simulation_tool_lists, only: candidates_t, contact_particle_t
+  use state_nodes, only: nodes_t
+  use state_scene, only: scene_t
+  use state_tool_lists, only: candidates_t, contact_particle_t
   use tools_law, only: friction_law_t, friction_table_t, law_coulomb, of_nothing
   use tools_mesh_facets, only: cross
   use tools_tool, only: tool_t

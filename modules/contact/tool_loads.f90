@@ -7,9 +7,9 @@ module contact_tool_loads
   use contact_tool_limits, only: depth_ratio, log_cosh_of, min_softening, no_limit, root3
   use particles_store, only: f_heat, f_mass, f_plastic, f_pos, f_temp, particles_t
   use physics_flow_law, only: n_work
-  use simulation_nodes, only: nodes_t
-  use simulation_scene, only: scene_t
-  use simulation_tool_lists, only: contact_particle_t, tool_contact_t, v_coulomb, v_max_friction, &
+  use state_nodes, only: nodes_t
+  use state_scene, only: scene_t
+  use state_tool_lists, only: contact_particle_t, tool_contact_t, v_coulomb, v_max_friction, &
                                    v_normal, v_stick
   use tools_sums, only: s_area, s_early, s_excess_speed, s_face_temperature, s_layer_slip, &
                         s_layer_strength, s_layer_thickness, s_layer_work, s_surface_slip, &

@@ -26,10 +26,10 @@ module contact_tool_particles
   use mpm_stability, only: contact_relaxation, wave_speed
   use particles_block, only: block_t
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_rate, particles_t
-  use simulation_nodes, only: nodes_t
-  use simulation_run, only: clock_t
-  use simulation_scene, only: scene_t
-  use simulation_tool_lists, only: candidates_t, contact_particle_t, tool_contact_t
+  use state_clock, only: clock_t
+  use state_nodes, only: nodes_t
+  use state_scene, only: scene_t
+  use state_tool_lists, only: candidates_t, contact_particle_t, tool_contact_t
   use tools_law, only: find_closing_velocity, of_nothing
   use tools_tool, only: tool_t
   implicit none (type, external)

@@ -11,10 +11,10 @@
 !> part of the values of the node in front, which a rank may store without the one behind.
 module contact_tool_walls
   use base_kinds, only: rp
-  use simulation_nodes, only: nodes_t
-  use simulation_run, only: budget_t, e_wall
-  use simulation_scene, only: scene_t
-  use simulation_tool_lists, only: impulse_of, m_last_impulse, n_both, n_masses, n_values, &
+  use state_budget, only: budget_t, e_wall
+  use state_nodes, only: nodes_t
+  use state_scene, only: scene_t
+  use state_tool_lists, only: impulse_of, m_last_impulse, n_both, n_masses, n_values, &
                                    tool_contact_t, v_normal, v_stick
   use tools_tool, only: rigid_t
   implicit none (type, external)

@@ -15,8 +15,8 @@ module front_estimate
   use run_balance, only: cost_by_rest
   use run_loop, only: advance, ended_well
   use run_regrid, only: regrid
-  use simulation_parts, only: simulation_t
-  use simulation_scene, only: scene_t
+  use state_parts, only: simulation_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 

@@ -26,8 +26,8 @@ module front_prepare
   use setup_keys, only: key_table
   use setup_scene, only: build_scene
   use setup_volumes, only: check_memory, check_volumes, measure_volumes, volumes_t
-  use simulation_parts, only: simulation_t
-  use simulation_scene, only: scene_t
+  use state_parts, only: simulation_t
+  use state_scene, only: scene_t
   use tools_tool, only: tool_t
   implicit none (type, external)
   private

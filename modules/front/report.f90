@@ -18,9 +18,9 @@ module front_report
   use setup_method, only: elastic_strain, small_strain
   use setup_sinks, only: log_heat_shares
   use setup_volumes, only: report_volumes, volumes_t
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: clock_t
-  use simulation_scene, only: scene_t, scheme_usl
+  use state_clock, only: clock_t
+  use state_parts, only: simulation_t
+  use state_scene, only: scene_t, scheme_usl
   use tools_tool, only: tool_t
   implicit none (type, external)
   private

@@ -12,12 +12,13 @@ module heat_conduction
   use mpm_constitutive, only: anneal_particles
   use particles_block, only: block_t, view_block
   use particles_store, only: f_heat, f_mass, f_temp, n_conduction, particles_t
-  use simulation_boundary, only: mirrors_t
-  use simulation_nodes, only: clear_nodes, nodes_t
-  use simulation_parts, only: simulation_t
-  use simulation_probes, only: update_probe_temperatures
-  use simulation_run, only: clock_t, e_conduction, e_film, e_tool, e_wall_heat
-  use simulation_scene, only: scene_t
+  use state_boundary, only: mirrors_t
+  use state_budget, only: e_conduction, e_film, e_tool, e_wall_heat
+  use state_clock, only: clock_t
+  use state_nodes, only: clear_nodes, nodes_t
+  use state_parts, only: simulation_t
+  use state_probes, only: update_probe_temperatures
+  use state_scene, only: scene_t
   use transfer_conduction, only: add_increment, compute_increment, heat_particles, min_capacity
   implicit none (type, external)
   private

@@ -17,9 +17,9 @@ module heat_exchange
   use mpm_blocks, only: weights_of
   use particles_block, only: block_t, view_block
   use particles_store, only: f_pos, f_temp, n_conduction, particles_t, tag_faces
-  use simulation_nodes, only: nodes_t
-  use simulation_run, only: e_film, e_tool, n_sums
-  use simulation_scene, only: film_t, of_pressure, scene_t, stefan_boltzmann
+  use state_budget, only: e_film, e_tool, n_sums
+  use state_nodes, only: nodes_t
+  use state_scene, only: film_t, of_pressure, scene_t, stefan_boltzmann
   use tools_heat_sink, only: backing_t, find_backing
   use tools_tool, only: tool_t
   use transfer_conduction, only: relax

@@ -12,9 +12,9 @@ module heat_gaps
   use mpm_blocks, only: weights_of
   use particles_block, only: block_t, view_block
   use particles_store, only: f_jac, f_mass, f_pos, f_tau, n_conduction, particles_t
-  use simulation_node_pairs, only: node_pairs_t
-  use simulation_nodes, only: clear_nodes, nodes_t
-  use simulation_scene, only: scene_t
+  use state_node_pairs, only: node_pairs_t
+  use state_nodes, only: clear_nodes, nodes_t
+  use state_scene, only: scene_t
   use transfer_conduction, only: min_capacity, relax, surface_to_grid
   use transfer_weights, only: point_nodes
   implicit none (type, external)

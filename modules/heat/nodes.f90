@@ -8,9 +8,9 @@ module heat_nodes
   use mpm_blocks, only: weights_of
   use particles_block, only: block_t, view_block
   use particles_store, only: f_heat, f_jac, f_mass, f_tau, f_temp, n_conduction, particles_t
-  use simulation_nodes, only: clear_nodes, nodes_t
-  use simulation_run, only: n_sums
-  use simulation_scene, only: scene_t
+  use state_budget, only: n_sums
+  use state_nodes, only: clear_nodes, nodes_t
+  use state_scene, only: scene_t
   use transfer_conduction, only: capacity_to_grid, compute_nodal_pressure, &
                                  compute_nodal_temperature, flux_to_grid, min_capacity, &
                                  pressure_to_grid

@@ -10,9 +10,9 @@ module heat_nodes_implicit
   use heat_nodes, only: gather_flux, stable_conduction, sum_all_nodes
   use heat_petsc, only: operator_t, solve_by_petsc
   use particles_store, only: particles_t
-  use simulation_nodes, only: nodes_t
-  use simulation_run, only: clock_t
-  use simulation_scene, only: scene_t
+  use state_clock, only: clock_t
+  use state_nodes, only: nodes_t
+  use state_scene, only: scene_t
   use transfer_conduction, only: min_capacity
   implicit none (type, external)
   private

@@ -16,7 +16,7 @@ module heat_alone_files
   use output_guards, only: melting_json, melting_t
   use output_progress, only: progress_t, run_json
   use output_writer, only: next_time
-  use simulation_scene, only: output_t, scene_t
+  use state_scene, only: output_t, scene_t
   implicit none (type, external)
   private
 

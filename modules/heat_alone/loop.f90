@@ -12,8 +12,8 @@ module heat_alone_loop
   use heat_alone_state, only: heat_run_t, place_probes, resume_heat, save_heat
   use output_checkpoint, only: checkpoint_path
   use run_loop, only: ended_broken, ended_by_signal, ended_io, ended_well
-  use simulation_probes, only: probes_t
-  use simulation_scene, only: scene_t
+  use state_probes, only: probes_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 

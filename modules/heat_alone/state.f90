@@ -14,7 +14,7 @@ module heat_alone_state
   use io_plausible, only: counts, is_between, max_magnitude, min_positive, numbers_t
   use output_checkpoint, only: checkpoint_path, make_notes
   use output_guards, only: melt_sample_t
-  use simulation_scene, only: scene_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 

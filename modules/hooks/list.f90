@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: MIT
-!> List of hooks (`hook_t` of simulation_parts), by the groups of the input that make them.
+!> List of hooks (`hook_t` of state_parts), by the groups of the input that make them.
 module hooks_list
   use base_text, only: lower, str
   use hooks_source, only: source_t
   use input_key_table, only: key_table_t
   use input_values, only: input_t
-  use simulation_parts, only: held_hook_t, hook_t
-  use simulation_scene, only: scene_t
+  use state_parts, only: held_hook_t, hook_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 

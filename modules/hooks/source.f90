@@ -13,9 +13,10 @@ module hooks_source
   use input_key_table, only: key_table_t
   use input_values, only: input_t
   use particles_store, only: f_heat, f_mass, f_pos, particles_t, tag_faces
-  use simulation_parts, only: hook_t, simulation_t
-  use simulation_run, only: e_source, skin
-  use simulation_scene, only: scene_t
+  use state_budget, only: e_source
+  use state_clock, only: skin
+  use state_parts, only: hook_t, simulation_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 

@@ -13,9 +13,9 @@ module mpm_blocks
   use grid_geometry, only: storage_nodes
   use particles_block, only: block_t
   use particles_store, only: f_pos, f_vel, particles_t
-  use simulation_nodes, only: nodes_t
-  use simulation_run, only: clock_t
-  use simulation_scene, only: scene_t
+  use state_clock, only: clock_t
+  use state_nodes, only: nodes_t
+  use state_scene, only: scene_t
   use tools_tool, only: rigid_t, tool_t
   use transfer_gather, only: gather_block, lanes_t
   use transfer_scatter, only: p2g_affine_block, p2g_values_block

@@ -11,9 +11,10 @@ module mpm_constitutive
                              f_temp, particles_t
   use physics_flow_law, only: flow_law_t, max_warnings
   use physics_stress, only: advance_stress, stress_sums_t
-  use simulation_nodes, only: nodes_t
-  use simulation_run, only: budget_t, clock_t, e_body, e_plastic, e_stress, outcome_t
-  use simulation_scene, only: average_never, scene_t
+  use state_budget, only: budget_t, e_body, e_plastic, e_stress
+  use state_clock, only: clock_t, outcome_t
+  use state_nodes, only: nodes_t
+  use state_scene, only: average_never, scene_t
   implicit none (type, external)
   private
 

@@ -8,8 +8,8 @@ module mpm_faces
   use grid_geometry, only: patch_t
   use particles_block, only: block_t
   use particles_store, only: f_pos
-  use simulation_nodes, only: nodes_t
-  use simulation_scene, only: scene_t
+  use state_nodes, only: nodes_t
+  use state_scene, only: scene_t
   use transfer_weights, only: face_weights
   implicit none (type, external)
   private

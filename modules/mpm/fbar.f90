@@ -14,8 +14,8 @@ module mpm_fbar
   use base_kinds, only: nlane, rp
   use particles_block, only: block_t
   use particles_store, only: f_flow, f_jac, f_mass, f_rate
-  use simulation_nodes, only: nodes_t
-  use simulation_scene, only: average_always, average_never, scene_t
+  use state_nodes, only: nodes_t
+  use state_scene, only: average_always, average_never, scene_t
   implicit none (type, external)
   private
 

@@ -9,8 +9,9 @@ module mpm_prescribed
   use physics_field, only: field_t
   use physics_material, only: material_t
   use physics_stress, only: compute_elastic_stress
-  use simulation_run, only: budget_t, clock_t, e_body
-  use simulation_scene, only: scene_t, scheme_musl, scheme_usl
+  use state_budget, only: budget_t, e_body
+  use state_clock, only: clock_t
+  use state_scene, only: scene_t, scheme_musl, scheme_usl
   implicit none (type, external)
   private
 

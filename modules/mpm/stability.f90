@@ -9,8 +9,8 @@
 !> lambda_k = 1 - (1 - lambda)^k, with lambda the eigenvalue of S+ S; free surfaces lower them.
 module mpm_stability
   use base_kinds, only: rp
-  use simulation_run, only: clock_t
-  use simulation_scene, only: method_t, scene_t, scheme_usl, transfer_apic, transfer_fmpm, &
+  use state_clock, only: clock_t
+  use state_scene, only: method_t, scene_t, scheme_usl, transfer_apic, transfer_fmpm, &
                               transfer_xpic
   implicit none (type, external)
   private
@@ -24,7 +24,7 @@ module mpm_stability
   !> Safety factor with a lower bound of the nodal inertia.
   real(rp), parameter :: margin_selective = 0.95_rp
   real(rp), parameter :: limit_ugimp = 0.473_rp, limit_bspline = 0.632_rp
-  !> Limit of B-splines with selective mass scaling (simulation_nodes). With uGIMP and 0.62 a
+  !> Limit of B-splines with selective mass scaling (state_nodes). With uGIMP and 0.62 a
   !> stirred plate gained energy.
   real(rp), parameter :: limit_selective = 0.842_rp
   !> Factor of APIC, from a measured limit of 0.531 with uGIMP.

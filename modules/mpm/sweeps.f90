@@ -13,9 +13,10 @@ module mpm_sweeps
   use particles_block, only: block_t, view_block
   use particles_store, only: f_flow, f_mass, f_pos, f_rate, f_tau, f_temp, f_vel, n_to_grid, &
                              particles_t
-  use simulation_nodes, only: nodes_t
-  use simulation_run, only: budget_t, clock_t, outcome_t
-  use simulation_scene, only: scene_t, scheme_usavg, scheme_usl
+  use state_budget, only: budget_t
+  use state_clock, only: clock_t, outcome_t
+  use state_nodes, only: nodes_t
+  use state_scene, only: scene_t, scheme_usavg, scheme_usl
   use transfer_scatter, only: p2g_block
   implicit none (type, external)
   private

@@ -6,9 +6,10 @@ module mpm_tractions
   use mpm_faces, only: add_to_nodes, face_area, face_of, face_t, mean_velocity
   use particles_block, only: block_t, view_block
   use particles_store, only: particles_t, tag_faces
-  use simulation_nodes, only: nodes_t
-  use simulation_run, only: budget_t, clock_t, e_body
-  use simulation_scene, only: scene_t
+  use state_budget, only: budget_t, e_body
+  use state_clock, only: clock_t
+  use state_nodes, only: nodes_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 

@@ -7,14 +7,16 @@ module output_checkpoint
   use io_checkpoint, only: notes_t, write_checkpoint
   use io_plausible, only: counts, min_positive, numbers_t, speed_of_light
   use particles_tracers, only: tracers_t
-  use simulation_inertia, only: inertia_t
-  use simulation_node_pairs, only: n_kept
-  use simulation_nodes, only: gather_light, n_light
-  use simulation_parts, only: simulation_t
-  use simulation_probes, only: share_probes
-  use simulation_run, only: budget_t, clock_t, n_sums, sleepers_t, sum_of
-  use simulation_scene, only: output_t, scene_t
   use sleep_cubes, only: edge
+  use state_budget, only: budget_t, n_sums, sum_of
+  use state_clock, only: clock_t
+  use state_inertia, only: inertia_t
+  use state_node_pairs, only: n_kept
+  use state_nodes, only: gather_light, n_light
+  use state_parts, only: simulation_t
+  use state_probes, only: share_probes
+  use state_scene, only: output_t, scene_t
+  use state_sleepers, only: sleepers_t
   use tools_heat_sink, only: backing_t
   use tools_monitor, only: n_monitor
   use tools_motion, only: drive_t

@@ -5,10 +5,10 @@ module output_diagnostics
   use base_text, only: str
   use base_world, only: world_t
   use particles_store, only: f_pos, f_vel, particles_t, tag_id
-  use simulation_nodes, only: nodes_t
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: clock_t
-  use simulation_scene, only: scene_t
+  use state_clock, only: clock_t
+  use state_nodes, only: nodes_t
+  use state_parts, only: simulation_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 

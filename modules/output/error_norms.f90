@@ -7,9 +7,9 @@ module output_error_norms
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel
   use physics_field, only: field_t
   use physics_material, only: material_t
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: clock_t
-  use simulation_scene, only: scene_t
+  use state_clock, only: clock_t
+  use state_parts, only: simulation_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 

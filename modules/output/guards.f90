@@ -11,9 +11,9 @@ module output_guards
   use base_world, only: world_t
   use io_histories, only: row_t
   use particles_store, only: f_mass, f_pos, f_temp, particles_t
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: clock_t
-  use simulation_scene, only: scene_t, scheme_usavg
+  use state_clock, only: clock_t
+  use state_parts, only: simulation_t
+  use state_scene, only: scene_t, scheme_usavg
   use tools_heat_sink, only: backing_t
   use tools_shape_revolved, only: revolved_t
   use tools_sums, only: s_layer_strength, s_torque

@@ -12,10 +12,11 @@ module output_history
   use output_microstructure, only: add_micro_columns, find_microstructure_means, micro_means_t, &
                                    zero_means
   use output_totals, only: zero_totals, sum_totals, totals_t
-  use simulation_parts, only: history_t, simulation_t
-  use simulation_run, only: clock_t, d_elastic, d_heat, d_kinetic, d_mass, e_body, e_film, &
-                            e_plastic, e_scaling, e_sleep, e_source, e_wall, e_wall_heat, sum_of
-  use simulation_scene, only: scene_t
+  use state_budget, only: d_elastic, d_heat, d_kinetic, d_mass, e_body, e_film, e_plastic, &
+                          e_scaling, e_sleep, e_source, e_wall, e_wall_heat, sum_of
+  use state_clock, only: clock_t
+  use state_parts, only: history_t, simulation_t
+  use state_scene, only: scene_t
   use tools_heat_sink, only: backing_t
   use tools_sums, only: mean_of, n_tool_sums, s_area, s_face_temperature, s_force, s_friction, &
                         s_heat, s_layer_slip, s_layer_strength, s_layer_thickness, s_layer_work, &

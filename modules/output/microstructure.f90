@@ -8,8 +8,9 @@ module output_microstructure
   use io_histories, only: row_t
   use particles_store, only: f_mass, f_plastic, particles_t
   use physics_flow_law, only: law_output_t
-  use simulation_run, only: budget_t, clock_t
-  use simulation_scene, only: scene_t
+  use state_budget, only: budget_t
+  use state_clock, only: clock_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 

@@ -11,9 +11,10 @@ module output_progress
   use base_timers, only: cpu_seconds, n_phases, now, phase_name, wall_time
   use base_version, only: commit, release
   use base_world, only: world_t
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: clock_t, exchange_t
-  use simulation_scene, only: output_t, scene_t
+  use state_clock, only: clock_t
+  use state_exchange, only: exchange_t
+  use state_parts, only: simulation_t
+  use state_scene, only: output_t, scene_t
   implicit none (type, external)
   private
 

@@ -8,12 +8,13 @@ module output_totals
   use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel, &
                              particles_t
   use physics_material, only: material_t
-  use simulation_nodes, only: momentum_of_light, nodes_t
-  use simulation_parts, only: history_t, simulation_t
-  use simulation_run, only: budget_t, clock_t, d_elastic, d_kinetic, e_body, e_conduction, &
-                            e_contact, e_film, e_friction, e_plastic, e_scaling, e_sleep, &
-                            e_source, e_stress, e_tool, e_wall, e_wall_heat, n_sums
-  use simulation_scene, only: scene_t
+  use state_budget, only: budget_t, d_elastic, d_kinetic, e_body, e_conduction, e_contact, e_film, &
+                          e_friction, e_plastic, e_scaling, e_sleep, e_source, e_stress, e_tool, &
+                          e_wall, e_wall_heat, n_sums
+  use state_clock, only: clock_t
+  use state_nodes, only: momentum_of_light, nodes_t
+  use state_parts, only: history_t, simulation_t
+  use state_scene, only: scene_t
   use tools_sums, only: n_tool_sums, s_friction, s_heat, s_normal_loss, s_to_plate, s_work
   use tools_tool, only: tool_t
   implicit none (type, external)
@@ -43,7 +44,7 @@ module output_totals
   !> Totals of all ranks.
   type :: totals_t
     type(energies_t) :: now
-    real(rp) :: budget(n_sums) = 0.0_rp       !! accumulated sums, indices of simulation_run [J]
+    real(rp) :: budget(n_sums) = 0.0_rp       !! accumulated sums, indices of state_budget [J]
     real(rp), allocatable :: tool(:, :)      !! accumulated sums (n_tool_sums, tools)
     real(rp), allocatable :: max_face_temperature(:)  !! maximum temperature of each tool face [K]
     real(rp), allocatable :: impulse(:, :)   !! impulse of walls and clamps (3, n) [N s]

@@ -10,9 +10,10 @@ module output_warnings
   use output_guards, only: guards_t, melting_t
   use output_microstructure, only: make_warning_message
   use particles_store, only: f_bbar, f_jac, f_pos, particles_t
-  use simulation_parts, only: history_t, simulation_t
-  use simulation_run, only: budget_t, clock_t
-  use simulation_scene, only: scene_t
+  use state_budget, only: budget_t
+  use state_clock, only: clock_t
+  use state_parts, only: history_t, simulation_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 

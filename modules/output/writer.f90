@@ -18,10 +18,10 @@ module output_writer
   use output_warnings, only: log_inertial_stress, warnings_t
   use particles_tracers, only: n_seen
   use physics_flow_law, only: law_output_t
-  use simulation_parts, only: history_t, simulation_t
-  use simulation_probes, only: probes_t, share_probes
-  use simulation_run, only: clock_t
-  use simulation_scene, only: scene_t
+  use state_clock, only: clock_t
+  use state_parts, only: history_t, simulation_t
+  use state_probes, only: probes_t, share_probes
+  use state_scene, only: scene_t
   use tools_tool, only: tool_t
   implicit none (type, external)
   private

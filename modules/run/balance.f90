@@ -9,10 +9,11 @@ module run_balance
   use grid_partition, only: bisect, imbalance, owner_of
   use particles_migrate, only: wrap_positions
   use particles_store, only: awake, f_pos, f_rate, particles_t, rests
-  use simulation_nodes, only: nodes_t
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: clock_t, exchange_t
-  use simulation_scene, only: scene_t
+  use state_clock, only: clock_t
+  use state_exchange, only: exchange_t
+  use state_nodes, only: nodes_t
+  use state_parts, only: simulation_t
+  use state_scene, only: scene_t
   use tools_tool, only: tool_t
   implicit none (type, external)
   private

@@ -9,9 +9,9 @@ module run_debris
   use mpm_stability, only: wave_speed
   use particles_migrate, only: is_outside
   use particles_store, only: f_bbar, f_heat, f_jac, f_mass, f_pos, f_temp, f_vel, particles_t
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: d_elastic, d_heat, d_kinetic, d_mass
-  use simulation_scene, only: scene_t
+  use state_budget, only: d_elastic, d_heat, d_kinetic, d_mass
+  use state_parts, only: simulation_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 

@@ -19,9 +19,9 @@ module run_loop
   use run_debris, only: remove_debris
   use run_mass_scaling, only: limit_mass
   use run_regrid, only: may_leave_cell, regrid
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: clock_t
-  use simulation_scene, only: scene_t
+  use state_clock, only: clock_t
+  use state_parts, only: simulation_t
+  use state_scene, only: scene_t
   use step_advance, only: take_step
   use step_drives, only: drive_tools, store_impulses
   use step_grid_motion, only: find_motion

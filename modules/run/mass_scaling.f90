@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Adaptive mass scaling: at sorts the factor chi is set such that the inertial stress chi rho v^2
 !> stays a given fraction of the flow stress, and the inertial part of the loads of the tools
-!> (simulation_inertia) a fraction as large. Between sorts, during which a tool may turn by a
+!> (state_inertia) a fraction as large. Between sorts, during which a tool may turn by a
 !> revolution, the factor falls where the inertial stress rises. Velocities are kept; the change of
 !> kinetic energy is recorded.
 module run_mass_scaling
@@ -9,8 +9,8 @@ module run_mass_scaling
   use mpm_blocks, only: kinetic_energy
   use output_totals, only: energies, energies_t, inertial_stress_ratio
   use particles_store, only: f_flow, f_mass, f_vel
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: e_scaling
+  use state_budget, only: e_scaling
+  use state_parts, only: simulation_t
   use step_grid_motion, only: find_motion
   use tools_sums, only: s_force, s_work
   implicit none (type, external)

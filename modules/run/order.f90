@@ -8,8 +8,8 @@ module run_order
   use grid_geometry, only: halo, storage_nodes
   use grid_neighbours, only: dilate
   use particles_store, only: border_bit, f_pos, particles_t, set_bit
-  use simulation_nodes, only: nodes_t
-  use simulation_scene, only: scene_t
+  use state_nodes, only: nodes_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 

@@ -13,13 +13,14 @@ module run_regrid
   use run_balance, only: predict_imbalance, reach_of, rebalance, store_nodes
   use run_mass_scaling, only: adapt_mass
   use run_order, only: list_to_grid_order, mark_border
-  use simulation_nodes, only: append, clear_nodes, forget_light, nodes_t
-  use simulation_parts, only: simulation_t
-  use simulation_probes, only: assign_probes, share_probes
-  use simulation_run, only: clock_t, sleepers_t
-  use simulation_scene, only: scene_t
   use sleep_criteria, only: count_awake, update_sleep
   use sleep_held_layer, only: find_far_force
+  use state_clock, only: clock_t
+  use state_nodes, only: append, clear_nodes, forget_light, nodes_t
+  use state_parts, only: simulation_t
+  use state_probes, only: assign_probes, share_probes
+  use state_scene, only: scene_t
+  use state_sleepers, only: sleepers_t
   use step_schedule, only: list_to_particles_order
   use tools_tool, only: tool_t
   implicit none (type, external)

@@ -17,11 +17,12 @@ module run_restart
   use run_balance, only: find_reach, make_first_partition, store_nodes
   use run_debris, only: remove_debris
   use run_regrid, only: sort_particles, update_lists
-  use simulation_nodes, only: place_light
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: motion_t, outcome_t
-  use simulation_scene, only: scene_t
   use sleep_cubes, only: start_tracking
+  use state_clock, only: outcome_t
+  use state_nodes, only: place_light
+  use state_parts, only: simulation_t
+  use state_scene, only: scene_t
+  use state_sleepers, only: motion_t
   use tools_tool, only: tool_t
   implicit none (type, external)
   private

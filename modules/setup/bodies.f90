@@ -9,7 +9,7 @@ module setup_bodies
   use setup_filling, only: check_stretch
   use setup_solids, only: bounds, read_body_solids, read_solid, solid_cylinder, solid_sphere, &
                           solid_t
-  use simulation_scene, only: film_t, of_nothing, of_pressure, scene_t
+  use state_scene, only: film_t, of_nothing, of_pressure, scene_t
   implicit none (type, external)
   private
 

@@ -9,9 +9,9 @@ module setup_boundary
   use input_key_table, only: find
   use input_values, only: input_t
   use setup_solids, only: extent_of, read_all_solids, solids_t
-  use simulation_clamp, only: clamp_t
-  use simulation_conditions, only: append_clamp, clamp_groups, make_clamp, symmetry_t, wall_t
-  use simulation_scene, only: scene_t, traction_t
+  use state_clamp, only: clamp_t
+  use state_conditions, only: append_clamp, clamp_groups, make_clamp, symmetry_t, wall_t
+  use state_scene, only: scene_t, traction_t
   implicit none (type, external)
   private
 

@@ -10,8 +10,8 @@ module setup_check_process
   use setup_method, only: flow_stress_of
   use setup_process, only: survey_tool, tool_survey_t, undefined
   use setup_solids, only: read_all_solids, solids_t
-  use simulation_conditions, only: wall_t
-  use simulation_scene, only: scene_t
+  use state_conditions, only: wall_t
+  use state_scene, only: scene_t
   use tools_shape, only: length_text
   use tools_tool, only: tool_t
   implicit none (type, external)

@@ -10,8 +10,8 @@ module setup_check_sense
   use setup_boundary, only: wall_of
   use setup_solids, only: extent_of, is_in_body, read_all_solids, solids_t
   use setup_volumes, only: filled_share
-  use simulation_conditions, only: wall_t
-  use simulation_scene, only: scene_t
+  use state_conditions, only: wall_t
+  use state_scene, only: scene_t
   use tools_tool, only: tool_t
   implicit none (type, external)
   private
@@ -30,6 +30,7 @@ contains
     type(solids_t), allocatable :: solids(:)
 
     call read_all_solids(input, solids)
+    call check_grid(input, scene, solids)
     call check_tables(input, scene)
     call find_duplicates(input)
     call compare_walls(input, scene)
@@ -43,6 +44,29 @@ contains
     call check_sources(input, scene, solids)
     call check_friction_heat(input, scene, tool)
   end subroutine check_sense
+
+  !> Report a grid, whose nodes are all stored, a hundred times as long as all bodies together.
+  subroutine check_grid(input, scene, solids)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(solids_t), intent(in) :: solids(:)
+    real(rp), dimension(3) :: high, low, lower, upper
+    integer :: b
+
+    lower = huge(1.0_rp)
+    upper = -huge(1.0_rp)
+    do b = 1, size(solids)
+      call extent_of(solids(b)%solid, low, high)
+      lower = min(lower, low)
+      upper = max(upper, high)
+    end do
+    associate (grid => scene%grid)
+      if (maxval(grid%upper() - grid%lower) > 100.0_rp*maxval(upper - lower)) &
+        call input%report('GRID', 1, 'UPPER', 'is '//str(maxval(grid%upper() - grid%lower))// &
+                        ' m from LOWER, for bodies of '//str(maxval(upper - lower))//' m and '// &
+                        'less: is it in mm?')
+    end associate
+  end subroutine check_grid
 
   !> Warn that without &HEAT the friction heat does not raise temperatures.
   subroutine check_friction_heat(input, scene, tool)

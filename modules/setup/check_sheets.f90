@@ -12,8 +12,8 @@ module setup_check_sheets
   use setup_boundary, only: wall_of
   use setup_lattice, only: lattice_of, lattice_t
   use setup_solids, only: extent_of, read_all_solids, solids_t
-  use simulation_conditions, only: wall_t
-  use simulation_scene, only: scene_t, scheme_usl
+  use state_conditions, only: wall_t
+  use state_scene, only: scene_t, scheme_usl
   use tools_tool, only: tool_t
   implicit none (type, external)
   private
@@ -41,7 +41,7 @@ contains
         if (scene%grid%period(a) > 0 .or. scene%grid%grading(a)%is_graded) cycle
         if (.not. is_mechanism(scene, b, a, solids)) cycle
         if (.not. is_loaded(input, scene, tool, a, 0.5_rp*(lower + upper))) cycle
-        if (is_supported(input, scene, b, a, solids)) cycle
+        if (is_supported(input, scene, tool, b, a, solids)) cycle
         call input%report('BODY', b, 'PARTICLES_PER_CELL', 'the body has too few layers of '// &
                           'particles along '//axes(a)//' to resist bending, and would sink '// &
                           'under a lasting load: give it three or more, with smaller cells or '// &
@@ -108,11 +108,12 @@ contains
     end associate
   end function is_mechanism
 
-  !> True if a wall, a clamp over its whole area or another body lies at a face of a body across
-  !> axis `a`.
-  logical function is_supported(input, scene, b, a, solids)
+  !> True if a wall, a clamp over its whole area, a tool at rest or another body lies at a face of a
+  !> body across axis `a`.
+  logical function is_supported(input, scene, tool, b, a, solids)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tool(:)
     integer, intent(in) :: b, a
     type(solids_t), intent(in) :: solids(:)
     real(rp), dimension(3) :: high, low, lower, reach, upper
@@ -134,6 +135,9 @@ contains
           all(upper - clamp%upper <= reach .or. [1, 2, 3] == a)
       end associate
     end do
+    do i = 1, size(tool)
+      is_supported = is_supported .or. is_anvil(tool(i), a, lower, upper, reach(a))
+    end do
     do i = 1, size(solids)
       if (i == b) cycle
       call extent_of(solids(i)%solid, low, high)
@@ -141,5 +145,33 @@ contains
                                            <= merge(reach, -1.0e-6_rp*reach, [1, 2, 3] == a))
     end do
   end function is_supported
+
+  !> True if a tool at rest touches the four corners of a face across axis `a` of the box between
+  !> `lower` and `upper`.
+  logical function is_anvil(tool, a, lower, upper, reach)
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: a
+    real(rp), intent(in) :: lower(3), upper(3), reach   !! [m]
+    real(rp) :: corner(3), gap, normal(3)
+    logical :: is_touched(2)
+    integer :: i, k
+
+    is_touched = .true.
+    do k = 0, 7
+      corner = merge(upper, lower, btest(k, [0, 1, 2]))
+      call tool%distance(corner, gap, normal)
+      i = merge(2, 1, btest(k, a - 1))
+      is_touched(i) = is_touched(i) .and. abs(gap) <= reach
+    end do
+    is_anvil = any(is_touched)
+    associate (phase => tool%motion%phase)
+      do i = 1, size(phase)
+        is_anvil = is_anvil .and. .not. (allocated(phase(i)%path%time) &
+                                         .or. phase(i)%is_force_controlled &
+                                         .or. any(abs(phase(i)%velocity) > 0.0_rp) &
+                                         .or. abs(phase(i)%spin) > 0.0_rp)
+      end do
+    end associate
+  end function is_anvil
 
 end module setup_check_sheets

@@ -6,7 +6,7 @@ module setup_contacts
   use input_key_table, only: find
   use input_tables, only: check_rising
   use input_values, only: input_t
-  use simulation_scene, only: film_t, of_pressure, scene_t
+  use state_scene, only: film_t, of_pressure, scene_t
   use tools_pair, only: contact_t, law_coulomb, law_frictionless, law_stick, moves_as_one, &
                         normal_gradient, normal_regression, pair_law_t
   implicit none (type, external)

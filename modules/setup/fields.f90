@@ -14,7 +14,7 @@ module setup_fields
   use physics_noise, only: noise_t
   use setup_lattice, only: lattice_corner
   use setup_solids, only: read_body_solids, solid_t
-  use simulation_scene, only: scene_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 

@@ -12,8 +12,8 @@ module setup_filling
   use physics_stress, only: compute_elastic_stress
   use setup_lattice, only: lattice_of, lattice_t
   use setup_solids, only: is_inside, read_body_solids, solid_t
-  use simulation_probes, only: probes_t
-  use simulation_scene, only: body_t, load_t, scene_t, start_t
+  use state_probes, only: probes_t
+  use state_scene, only: body_t, load_t, scene_t, start_t
   implicit none (type, external)
   private
 

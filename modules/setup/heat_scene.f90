@@ -16,8 +16,8 @@ module setup_heat_scene
   use setup_cut_cells, only: cut_cells, make_mesh
   use setup_heat_sources, only: check_tables, n_values, read_heat_sources
   use setup_solids, only: read_all_solids, solids_t
-  use simulation_conditions, only: clamp_groups
-  use simulation_scene, only: scene_t, stefan_boltzmann
+  use state_conditions, only: clamp_groups
+  use state_scene, only: scene_t, stefan_boltzmann
   implicit none (type, external)
   private
 

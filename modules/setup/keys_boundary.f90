@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> Keys of &WALL, &LOAD, &TRACTION, &CONTACT, &HEAT and &SURFACE; the keys of clamps are in
-!> simulation_conditions.
+!> state_conditions.
 module setup_keys_boundary
   use input_key_table, only: key_table_t
   use input_library, only: add_pair_keys
-  use simulation_conditions, only: add_clamp_keys
+  use state_conditions, only: add_clamp_keys
   implicit none (type, external)
   private
 

@@ -5,7 +5,7 @@ module setup_lattice
   use base_kinds, only: rp
   use grid_grading, only: grading_t
   use setup_solids, only: extent_of, reference, solid_sphere, solid_t
-  use simulation_scene, only: body_t, scene_t
+  use state_scene, only: body_t, scene_t
   implicit none (type, external)
   private
 

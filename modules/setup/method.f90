@@ -7,7 +7,7 @@ module setup_method
   use input_values, only: input_t
   use physics_material, only: material_t
   use physics_stress, only: compute_flow_strength
-  use simulation_scene, only: average_always, average_flowing, average_never, scene_t, scheme_usl, &
+  use state_scene, only: average_always, average_flowing, average_never, scene_t, scheme_usl, &
                               transfer_flip
   use tools_tool, only: tool_t
   implicit none (type, external)

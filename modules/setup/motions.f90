@@ -6,7 +6,7 @@ module setup_motions
   use input_resolved, only: file_path
   use input_tables, only: check_rising, read_columns
   use input_values, only: input_t
-  use simulation_scene, only: scene_t
+  use state_scene, only: scene_t
   use tools_motion, only: max_forces, motion_t, phase_t
   use tools_paths, only: new_path
   use tools_tool, only: tool_t

@@ -6,8 +6,8 @@ module setup_process
   use input_values, only: input_t
   use setup_boundary, only: wall_of
   use setup_solids, only: body_at, extent_of, is_inside, round_points, solid_t, solids_t
-  use simulation_conditions, only: wall_t
-  use simulation_scene, only: scene_t
+  use state_conditions, only: wall_t
+  use state_scene, only: scene_t
   use tools_tool, only: tool_t
   implicit none (type, external)
   private

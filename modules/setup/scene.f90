@@ -26,9 +26,9 @@ module setup_scene
   use setup_sinks, only: read_backings, read_tool_heat
   use setup_tools, only: read_tools
   use setup_tracers, only: read_tracers
-  use simulation_parts, only: held_hook_t
-  use simulation_probes, only: probes_t
-  use simulation_scene, only: method_t, scene_t, scheme_usl, transfer_apic, transfer_fmpm, &
+  use state_parts, only: held_hook_t
+  use state_probes, only: probes_t
+  use state_scene, only: method_t, scene_t, scheme_usl, transfer_apic, transfer_fmpm, &
                               transfer_xpic
   use tools_heat_sink, only: backing_t
   use tools_tool, only: tool_t

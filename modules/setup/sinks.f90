@@ -11,8 +11,8 @@ module setup_sinks
   use setup_bodies, only: face_names, is_face
   use setup_boundary, only: wall_of
   use setup_solids, only: extent_of, read_body_solids, solid_t
-  use simulation_conditions, only: wall_t
-  use simulation_scene, only: scene_t, scheme_usl
+  use state_conditions, only: wall_t
+  use state_scene, only: scene_t, scheme_usl
   use tools_heat_sink, only: backing_t, find_backing, heat_sink_t
   use tools_tool, only: tool_t
   implicit none (type, external)

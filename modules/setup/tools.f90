@@ -7,7 +7,7 @@ module setup_tools
   use input_values, only: input_t
   use physics_material, only: material_t
   use setup_motions, only: read_motion
-  use simulation_scene, only: body_t
+  use state_scene, only: body_t
   use tools_law, only: friction_law_t, friction_laws, friction_table_t, law_coulomb, &
                        law_schmidt_hattel, of_nothing
   use tools_shapes, only: read_shape

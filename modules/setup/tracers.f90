@@ -6,7 +6,7 @@ module setup_tracers
   use input_values, only: input_t
   use particles_tracers, only: tracers_t
   use setup_solids, only: is_in_body, read_all_solids, solids_t
-  use simulation_scene, only: scene_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 

@@ -11,7 +11,8 @@ module setup_volumes
   use setup_lattice, only: lattice_of, lattice_t
   use setup_solids, only: bounds, extent_of, holds, is_inside, read_all_solids, read_body_solids, &
                           shapes_of, solid_t, solids_t
-  use simulation_scene, only: scene_t
+  use state_nodes, only: bytes_per_node
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 
@@ -20,7 +21,6 @@ module setup_volumes
   ! Lower bounds of measured values (docs/speed.md), so that a scene that fits is never rejected.
   !> Lower bound per particle and field, with reserve [bytes].
   real(rp), parameter :: per_field = 12.0_rp
-  real(rp), parameter :: per_node = 64.0_rp       !! lower bound per grid node [bytes]
   real(rp), parameter :: per_cell = 100.0_rp      !! lower bound per cell of a heat-only run [bytes]
   !> Largest number of lattice points of a rank; more take minutes to fill.
   real(rp), parameter :: max_lattice_points = 4.0e9_rp
@@ -66,7 +66,9 @@ contains
       nodes = max(nodes, product(cells))
     end do
     if (scene%method%has_mechanics) then
-      bytes = per_field*scene%layout%n*particles + per_node*nodes
+      nodes = product(real(scene%grid%n, rp))    ! the ranks divide all of the grid
+      bytes = per_field*scene%layout%n*particles &
+        + real(bytes_per_node(scene)*maxval(scene%body%group), rp)*nodes
       what = str(particles)//' particles and '//str(nodes)//' nodes'
     else
       bytes = per_cell*nodes
@@ -76,7 +78,7 @@ contains
     lacking(1) = share*bytes - available_memory()
     call world%max(lacking)
     if (lacking(1) > 0.0_rp) then
-      call input%report('GRID', 1, 'CELL', 'the bodies have about '//what//', which need '// &
+      call input%report('GRID', 1, 'CELL', 'makes about '//what//', which need '// &
                         gigabytes(share*bytes)//' of memory on each computer; '// &
                         gigabytes(share*bytes - lacking(1))//' are free')
     else if (points > max_lattice_points*world%size .and. scene%method%has_mechanics) then

@@ -14,11 +14,13 @@ module sleep_criteria
   use grid_neighbours, only: dilate
   use particles_store, only: asleep, awake, f_mass, f_pos, f_rate, f_tau, f_temp, f_vel, held, &
                              particles_t, rests, set_rest, tag_rest
-  use simulation_run, only: budget_t, clock_t, e_sleep, motion_t, sleepers_t
-  use simulation_scene, only: scene_t
   use sleep_cubes, only: cube_at, cube_middle, cube_size, edge, longest_cube, start_tracking
   use sleep_stress, only: c_wake_requests, c_mass, c_stress, find_active_cubes, n_cube_sums, &
                           n_particle_sums
+  use state_budget, only: budget_t, e_sleep
+  use state_clock, only: clock_t
+  use state_scene, only: scene_t
+  use state_sleepers, only: motion_t, sleepers_t
   use tools_tool, only: tool_t
   implicit none (type, external)
   private

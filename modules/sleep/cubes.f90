@@ -7,8 +7,8 @@
 module sleep_cubes
   use base_kinds, only: rp
   use grid_geometry, only: box_t, grid_t, section_across
-  use simulation_nodes, only: nodes_t
-  use simulation_run, only: m_impulse, m_mass, m_momentum, motion_t, n_motion, sleepers_t
+  use state_nodes, only: nodes_t
+  use state_sleepers, only: m_impulse, m_mass, m_momentum, motion_t, n_motion, sleepers_t
   implicit none (type, external)
   private
 

@@ -24,9 +24,11 @@ module sleep_held_layer
   use mpm_sweeps, only: force_to_grid
   use particles_block, only: block_t, view_block
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel, particles_t
-  use simulation_nodes, only: clear_nodes, min_node_inertia, nodes_t, update_nodes
-  use simulation_run, only: budget_t, clock_t, e_sleep, sleepers_t
-  use simulation_scene, only: scene_t
+  use state_budget, only: budget_t, e_sleep
+  use state_clock, only: clock_t
+  use state_nodes, only: clear_nodes, min_node_inertia, nodes_t, update_nodes
+  use state_scene, only: scene_t
+  use state_sleepers, only: sleepers_t
   use transfer_scatter, only: p2g_block
   implicit none (type, external)
   private

@@ -5,9 +5,10 @@
 module sleep_stress
   use base_kinds, only: rp
   use grid_geometry, only: box_t
-  use simulation_run, only: clock_t, m_mass, n_motion
-  use simulation_scene, only: scene_t
   use sleep_cubes, only: cube_middle, cube_size, edge, mean_traction, mean_velocity
+  use state_clock, only: clock_t
+  use state_scene, only: scene_t
+  use state_sleepers, only: m_mass, n_motion
   implicit none (type, external)
   private
 

@@ -7,10 +7,11 @@ module step_acceptance
   use base_system, only: stop_signal
   use base_timers, only: wall_time
   use particles_store, only: particles_t
-  use simulation_nodes, only: full_mass
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: clock_t, exchange_t, skin
-  use simulation_scene, only: scene_t
+  use state_clock, only: clock_t, skin
+  use state_exchange, only: exchange_t
+  use state_nodes, only: full_mass
+  use state_parts, only: simulation_t
+  use state_scene, only: scene_t
   use tools_tool, only: tool_t
   implicit none (type, external)
   private

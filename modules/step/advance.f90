@@ -11,13 +11,13 @@ module step_advance
   use contact_body_pairs, only: join_bodies
   use mpm_fbar, only: clear_volume, sum_volume
   use mpm_sweeps, only: momentum_to_grid, update_stress
-  use simulation_nodes, only: clear_nodes, keep_light, recall_light, update_nodes
-  use simulation_parts, only: simulation_t
-  use simulation_probes, only: move_probes
-  use simulation_run, only: outcome_t
-  use simulation_scene, only: scheme_usavg, scheme_usl, transfer_apic
   use sleep_cubes, only: track_motion
   use sleep_held_layer, only: freeze_layer, record_sleeper_impulse
+  use state_clock, only: outcome_t
+  use state_nodes, only: clear_nodes, keep_light, recall_light, update_nodes
+  use state_parts, only: simulation_t
+  use state_probes, only: move_probes
+  use state_scene, only: scheme_usavg, scheme_usl, transfer_apic
   use step_acceptance, only: post_acceptance
   use step_constraints, only: apply_boundary, resolve_contact
   use step_filter, only: filter_velocity

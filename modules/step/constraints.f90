@@ -7,10 +7,11 @@ module step_constraints
   use boundary_symmetry, only: restore_velocities
   use contact_body_pairs, only: resolve_body_contact
   use contact_tool_impulses, only: apply_impulses, find_contact, find_impulses
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: e_wall, outcome_t
-  use simulation_tool_lists, only: n_masses
   use sleep_held_layer, only: hold_layer
+  use state_budget, only: e_wall
+  use state_clock, only: outcome_t
+  use state_parts, only: simulation_t
+  use state_tool_lists, only: n_masses
   use step_schedule, only: can_speculate, sum_with_overlap
   implicit none (type, external)
   private

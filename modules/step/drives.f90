@@ -8,9 +8,9 @@ module step_drives
   use base_world, only: world_t
   use mpm_stability, only: wave_speed
   use particles_store, only: f_pos, f_temp, particles_t
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: clock_t
-  use simulation_scene, only: scene_t
+  use state_clock, only: clock_t
+  use state_parts, only: simulation_t
+  use state_scene, only: scene_t
   use tools_monitor, only: halt
   use tools_sums, only: s_force, s_torque
   use tools_tool, only: tool_t

@@ -11,10 +11,10 @@ module step_filter
   use mpm_blocks, only: gather_lanes, values_to_grid
   use particles_block, only: block_t, view_block
   use particles_store, only: f_mass
-  use simulation_nodes, only: clear_nodes, nodes_t
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: clock_t
-  use simulation_scene, only: scene_t, transfer_xpic
+  use state_clock, only: clock_t
+  use state_nodes, only: clear_nodes, nodes_t
+  use state_parts, only: simulation_t
+  use state_scene, only: scene_t, transfer_xpic
   implicit none (type, external)
   private
 

@@ -8,9 +8,9 @@ module step_grid_motion
   use mpm_blocks, only: gather_lanes, values_to_grid, weights_of
   use particles_block, only: block_t, view_block
   use particles_store, only: f_mass, f_vel
-  use simulation_nodes, only: clear_nodes, min_node_mass, nodes_t
-  use simulation_parts, only: simulation_t
-  use simulation_scene, only: scene_t
+  use state_nodes, only: clear_nodes, min_node_mass, nodes_t
+  use state_parts, only: simulation_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 

@@ -16,10 +16,10 @@ module step_room
   use mpm_blocks, only: gather_lanes, values_to_grid, weights_of
   use particles_block, only: block_t, view_block
   use particles_store, only: f_jac, f_mass, f_plastic, f_pos, particles_t
-  use simulation_conditions, only: wall_t
-  use simulation_nodes, only: clear_nodes, nodes_t
-  use simulation_parts, only: simulation_t
-  use simulation_scene, only: scene_t
+  use state_conditions, only: wall_t
+  use state_nodes, only: clear_nodes, nodes_t
+  use state_parts, only: simulation_t
+  use state_scene, only: scene_t
   use tools_tool, only: tool_t
   use transfer_gather, only: gather_block, lanes_t
   implicit none (type, external)

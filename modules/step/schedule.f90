@@ -12,9 +12,11 @@ module step_schedule
   use mpm_tractions, only: record_traction_work
   use particles_block, only: block_t, view_block
   use particles_store, only: f_pos, f_vel, far_bit, particles_t, set_bit
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: budget_t, exchange_t, outcome_t
-  use simulation_scene, only: scene_t, scheme_usl
+  use state_budget, only: budget_t
+  use state_clock, only: outcome_t
+  use state_exchange, only: exchange_t
+  use state_parts, only: simulation_t
+  use state_scene, only: scene_t, scheme_usl
   use step_acceptance, only: finish_acceptance
   implicit none (type, external)
   private

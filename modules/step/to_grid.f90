@@ -9,10 +9,10 @@ module step_to_grid
   use mpm_fbar, only: clear_volume, sum_volume
   use mpm_sweeps, only: blocks_to_grid
   use mpm_tractions, only: tractions_to_grid
-  use simulation_nodes, only: clear_nodes, nodes_t
-  use simulation_parts, only: simulation_t
-  use simulation_scene, only: scene_t, scheme_usl
   use sleep_held_layer, only: add_layer
+  use state_nodes, only: clear_nodes, nodes_t
+  use state_parts, only: simulation_t
+  use state_scene, only: scene_t, scheme_usl
   implicit none (type, external)
   private
 

@@ -67,10 +67,11 @@ class Run:
                         f"{directory}: no run here (no {self.name}_000000.hdf, no {self.name}_history.csv)")
         self.summary: dict | None = read_summary(self.directory / f"{self.name}_summary.json", found)
         self.input_text = self.attempt("the input in the frames", read_input_text, self.frames) or ""
-        self.resolved_text = read_resolved(self.directory / f"{self.name}_input.nml", found) or self.input_text
+        resolved = read_resolved(self.directory / f"{self.name}_input.nml", found)
+        self.resolved_text = resolved or self.input_text
         for text in found:
             self.warn(text)
-        self.scene: Scene = self.attempt("the input", Scene, self.resolved_text) or Scene("")
+        self.scene: Scene = self.attempt(f"{self.name}_input.nml" if resolved else "the input in the frames", Scene, self.resolved_text) or Scene("")
         self.spacing = (self.attempt("the spacing of the particles", particle_spacing, self.frames[0]) or 1e-3) \
             if self.frames else np.nan
         self.cell = float(np.max(self.frames[0].attribute("cell"))) if self.frames else np.nan

@@ -8,7 +8,7 @@ module heat_samples
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_temp, make_tag, n_fields
   use run_balance, only: make_first_partition
   use run_regrid, only: regrid
-  use simulation_parts, only: simulation_t
+  use state_parts, only: simulation_t
   use tools_tool, only: tool_t
   implicit none (type, external)
   private

@@ -4,8 +4,8 @@
 module node_samples
   use base_kinds, only: rp
   use base_world, only: world_t
-  use simulation_nodes, only: min_node_inertia, min_node_mass, nodes_t, update_nodes
-  use simulation_parts, only: simulation_t
+  use state_nodes, only: min_node_inertia, min_node_mass, nodes_t, update_nodes
+  use state_parts, only: simulation_t
   use step_advance, only: take_step
   use step_samples, only: noise, number_of
   use step_to_grid, only: particles_to_grid

@@ -9,9 +9,9 @@ module step_samples
   use physics_flow_law, only: flow_law_t, n_work
   use run_balance, only: make_first_partition
   use run_regrid, only: regrid
-  use simulation_clamp, only: clamp_t
-  use simulation_conditions, only: append_clamp, symmetry_t
-  use simulation_parts, only: simulation_t
+  use state_clamp, only: clamp_t
+  use state_conditions, only: append_clamp, symmetry_t
+  use state_parts, only: simulation_t
   use tools_motion, only: phase_t
   use tools_pair, only: contact_t, pair_law_t
   use tools_shape_box, only: box_shape_t

@@ -9,9 +9,10 @@ program test_acceptance
   use check, only: begin_tests, end_tests, expect, expect_close
   use node_samples, only: all_of, map_particles, set_velocity
   use particles_store, only: f_pos, f_vel
-  use simulation_nodes, only: update_nodes
-  use simulation_parts, only: free_simulation, simulation_t
-  use simulation_run, only: budget_t, clock_t, outcome_t
+  use state_budget, only: budget_t
+  use state_clock, only: clock_t, outcome_t
+  use state_nodes, only: update_nodes
+  use state_parts, only: free_simulation, simulation_t
   use step_acceptance, only: finish_acceptance, post_acceptance
   use step_advance, only: take_step
   use step_constraints, only: apply_boundary

@@ -9,8 +9,9 @@ program test_body_contact
   use node_samples, only: all_of, balance_of, balance_t, gather_nodes, map_particles, &
                           set_velocity, shake_nodes
   use particles_store, only: f_heat
-  use simulation_parts, only: free_simulation, simulation_t
-  use simulation_run, only: e_contact, e_friction, outcome_t
+  use state_budget, only: e_contact, e_friction
+  use state_clock, only: outcome_t
+  use state_parts, only: free_simulation, simulation_t
   use step_constraints, only: apply_boundary, resolve_contact
   use step_samples, only: add_contact, add_tool, fill, h, particle_tool, settle, shake, start_scene
   use tools_pair, only: law_coulomb, law_frictionless, law_stick, normal_gradient, &

@@ -7,8 +7,8 @@ program test_clamps
   use boundary_clamps, only: hold_walls, release_held
   use check, only: begin_tests, end_tests, expect, expect_close
   use node_samples, only: all_of, gather_nodes, map_particles, shake_nodes
-  use simulation_parts, only: free_simulation, simulation_t
-  use simulation_run, only: e_wall
+  use state_budget, only: e_wall
+  use state_parts, only: free_simulation, simulation_t
   use step_samples, only: add_clamp, fill, h, noise, rho, settle, shake, start_scene
   implicit none (type, external)
 

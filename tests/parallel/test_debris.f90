@@ -10,8 +10,8 @@ program test_debris
   use particles_store, only: f_mass, f_pos, f_temp, f_vel
   use run_debris, only: remove_debris
   use run_regrid, only: regrid
-  use simulation_parts, only: free_simulation, simulation_t
-  use simulation_run, only: d_elastic, d_heat, d_kinetic, d_mass
+  use state_budget, only: d_elastic, d_heat, d_kinetic, d_mass
+  use state_parts, only: free_simulation, simulation_t
   use step_samples, only: c_p, fill, h, settle, start_scene
   implicit none (type, external)
 

@@ -7,8 +7,8 @@ program test_filter
   use node_samples, only: gather_nodes, gather_particles, map_particles, set_velocity, &
                           shake_nodes, step_once
   use particles_store, only: f_mass, f_pos
-  use simulation_parts, only: free_simulation, simulation_t
-  use simulation_scene, only: transfer_fmpm, transfer_xpic
+  use state_parts, only: free_simulation, simulation_t
+  use state_scene, only: transfer_fmpm, transfer_xpic
   use step_constraints, only: apply_boundary
   use step_filter, only: filter_velocity
   use step_samples, only: add_clamp, fill, h, settle, shake, start_scene

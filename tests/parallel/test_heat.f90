@@ -8,8 +8,8 @@ program test_heat
   use heat_samples, only: build, conduct_for, content, h, noise, world
   use particles_store, only: f_heat, f_pos, f_temp, tag_id
   use run_regrid, only: regrid
-  use simulation_parts, only: free_simulation, simulation_t
-  use simulation_run, only: e_conduction, e_film
+  use state_budget, only: e_conduction, e_film
+  use state_parts, only: free_simulation, simulation_t
   implicit none (type, external)
 
   call start_world(world)

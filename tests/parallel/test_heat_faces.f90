@@ -9,9 +9,9 @@ program test_heat_faces
   use io_histories, only: row_t
   use output_guards, only: guards_t
   use particles_store, only: f_pos, f_temp, n_fields
-  use simulation_parts, only: free_simulation, simulation_t
-  use simulation_run, only: e_film, e_tool
-  use simulation_scene, only: of_pressure, stefan_boltzmann
+  use state_budget, only: e_film, e_tool
+  use state_parts, only: free_simulation, simulation_t
+  use state_scene, only: of_pressure, stefan_boltzmann
   use tools_shape_plane, only: plane_t
   use tools_tool, only: tool_t
   implicit none (type, external)

@@ -9,7 +9,7 @@ program test_not_a_number
   use check, only: begin_tests, end_tests, expect
   use output_diagnostics, only: describe_failure, is_finite
   use particles_store, only: asleep, set_rest
-  use simulation_parts, only: free_simulation, simulation_t
+  use state_parts, only: free_simulation, simulation_t
   use step_samples, only: fill, settle, start_scene
   implicit none (type, external)
 

@@ -7,8 +7,8 @@ program test_symmetry
   use check, only: begin_tests, end_tests, expect, expect_close
   use node_samples, only: all_of, gather_nodes, gather_particles, map_particles, step_once
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel
-  use simulation_parts, only: free_simulation, simulation_t
-  use simulation_scene, only: average_never, transfer_fmpm
+  use state_parts, only: free_simulation, simulation_t
+  use state_scene, only: average_never, transfer_fmpm
   use step_constraints, only: apply_boundary
   use step_samples, only: add_plane_of_symmetry, fill, h, noise, rho, settle, &
                           start_scene

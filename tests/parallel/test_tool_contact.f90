@@ -7,7 +7,7 @@ program test_tool_contact
   use contact_tool_particles, only: velocity_at
   use node_samples, only: balance_of, balance_t, map_particles, set_velocity
   use particles_store, only: f_mass, f_pos
-  use simulation_parts, only: free_simulation, simulation_t
+  use state_parts, only: free_simulation, simulation_t
   use step_constraints, only: apply_boundary
   use step_samples, only: add_plane_of_symmetry, add_tool, fill, h, make_flow, noise, plane_tool, &
                           settle, start_scene

@@ -7,8 +7,8 @@ program test_tool_loads
   use check, only: begin_tests, end_tests, expect, expect_close
   use node_samples, only: all_of, balance_of, balance_t, gather_nodes, step_once
   use particles_store, only: f_heat, f_mass, f_vel
-  use simulation_parts, only: free_simulation, simulation_t
-  use simulation_run, only: e_wall
+  use state_budget, only: e_wall
+  use state_parts, only: free_simulation, simulation_t
   use step_drives, only: drive_tools, store_impulses
   use step_samples, only: add_clamp, add_plane_of_symmetry, fill, h, settle, shake
   use tool_samples, only: settle_plate, start_plate, touch, touch_dt

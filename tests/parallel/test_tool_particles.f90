@@ -8,7 +8,7 @@ program test_tool_particles
   use contact_tool_particles, only: update_surface_offset
   use node_samples, only: all_of, map_particles, set_velocity
   use particles_store, only: f_bbar, f_jac, f_pos, f_tau, f_temp
-  use simulation_parts, only: free_simulation, simulation_t
+  use state_parts, only: free_simulation, simulation_t
   use step_constraints, only: apply_boundary
   use step_samples, only: add_tool, box_tool, fill, h, make_flow, noise, number_of, plane_tool, &
                           room_temperature, settle, shake, shoulder_tool, sphere_tool, start_scene

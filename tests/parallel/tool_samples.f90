@@ -4,8 +4,8 @@ module tool_samples
   use base_kinds, only: rp
   use base_world, only: world_t
   use node_samples, only: map_particles, shake_nodes
-  use simulation_parts, only: simulation_t
-  use simulation_run, only: outcome_t
+  use state_clock, only: outcome_t
+  use state_parts, only: simulation_t
   use step_constraints, only: apply_boundary, resolve_contact
   use step_samples, only: add_tool, box_tool, fill, h, make_flow, plane_tool, settle, shake, &
                           shoulder_tool, sphere_tool, start_scene

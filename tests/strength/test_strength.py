@@ -39,19 +39,19 @@ def test_no_heat_without_strength(group, tmp_path):
         assert not wrong, (seed, wrong, text)
 
 
-@pytest.mark.parametrize("seed", [98, 228, 256, 312, 585, 627, 310102])
-def test_scenes_of_faults(seed, tmp_path):
+@pytest.mark.parametrize("number", [98, 228, 256, 312, 585, 627, 310102])
+def test_scenes_of_faults(number, tmp_path):
     """Tools in the boxes of clamps, whose metal was crushed, and faces that had just entered a node, where conduction
     stood still."""
-    _, _, wrong, text = scenes.run_scenes(1, seed, tmp_path)[0]
-    assert not wrong, (seed, wrong, text)
+    _, _, wrong, text = scenes.run_scenes(1, number, tmp_path)[0]
+    assert not wrong, (number, wrong, text)
 
 
-@pytest.mark.parametrize("seed, factor", [(22, 1e6), (98, 1e6), (1004, 1e4), (1073, 1e5), (1076, 2e5)])
-def test_crumbs_without_inertia_of_light_nodes(seed, factor, tmp_path):
+@pytest.mark.parametrize("number, factor", [(22, 1e6), (98, 1e6), (1004, 1e4), (1073, 1e5), (1076, 2e5)])
+def test_crumbs_without_inertia_of_light_nodes(number, factor, tmp_path):
     """A tool over the edge of a sheet presses crumbs of a few particles on the wall, without SELECTIVE_SCALING: they gain no energy. Friction beyond
     the strength of metal at its solidus (98, 1073, 1076) does not heat molten metal at the same nodes: no metal is above it by 1 K."""
-    text, _, is_molten = scenes.scene(random.Random(seed))
+    text, _, is_molten = scenes.scene(random.Random(number))
     (tmp_path / "tool.stl").write_text(scenes.mesh())
     place = tmp_path / "run"
     place.mkdir()

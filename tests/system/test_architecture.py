@@ -34,7 +34,7 @@ def edit(tree, name, old, new):
 
 
 def use_upwards(tree):
-    edit(tree, "modules/simulation/probes.f90", "  use grid_geometry", "  use io_histories, only: row_t\n  use grid_geometry")
+    edit(tree, "modules/state/probes.f90", "  use grid_geometry", "  use io_histories, only: row_t\n  use grid_geometry")
 
 
 def unused_layer(tree):
@@ -64,7 +64,7 @@ def cycle(tree):
 
 
 def whole_simulation(tree):
-    edit(tree, "modules/simulation/probes.f90", "    type(probes_t), intent(inout) :: probes\n",
+    edit(tree, "modules/state/probes.f90", "    type(probes_t), intent(inout) :: probes\n",
          "    type(probes_t), intent(inout) :: probes\n    type(simulation_t), intent(inout) :: sim\n")
 
 

@@ -26,8 +26,8 @@ module hooks_meter
   use input_key_table, only: key_table_t
   use input_values, only: input_t
   use particles_store, only: f_heat, f_mass, f_vel
-  use simulation_parts, only: hook_t, simulation_t
-  use simulation_scene, only: scene_t
+  use state_parts, only: hook_t, simulation_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
   public :: meter_t
@@ -90,11 +90,11 @@ end module hooks_meter
 
 # Shakes nodes along x.
 SHAKER = """
-module simulation_shaker
+module state_shaker
   use base_kinds, only: rp
   use input_key_table, only: key_table_t
   use input_values, only: input_t
-  use simulation_clamp, only: add_box_keys, clamp_t
+  use state_clamp, only: add_box_keys, clamp_t
   implicit none (type, external)
   private
   public :: shaker_t
@@ -127,7 +127,7 @@ contains
     real(rp) :: v(3)
     v = [self%speed*sin(self%rate*t), 0.0_rp*x(2:)]
   end function velocity_at
-end module simulation_shaker
+end module state_shaker
 """
 
 # The longest names that fit into the lists of laws and shapes.
@@ -164,9 +164,9 @@ def recipes():
             ("heat", "volumes"): source("heat/volumes", before("  use heat_volume,", "  use heat_gauss, only: gauss_t"),
                                         ("volume_names(1) = [character(32) :: 'ball'", "volume_names(2) = [character(32) :: 'ball', 'gauss'"),
                                         before("    case default;", "    case ('gauss'); allocate (gauss_t :: volume)")),
-            ("simulation", "shaker"): SHAKER,
-            ("simulation", "conditions"): source("simulation/conditions", ("clamp_groups(1)", "clamp_groups(2)"), (":: 'CLAMP'", ":: 'CLAMP', 'SHAKER'"),
-                                                 before("  implicit none", "  use simulation_shaker, only: shaker_t"),
+            ("state", "shaker"): SHAKER,
+            ("state", "conditions"): source("state/conditions", ("clamp_groups(1)", "clamp_groups(2)"), (":: 'CLAMP'", ":: 'CLAMP', 'SHAKER'"),
+                                                 before("  implicit none", "  use state_shaker, only: shaker_t"),
                                                  before("    case default", "    case ('SHAKER'); allocate (clamp, source=shaker_t())")),
             ("setup", "boundary"): source("setup/boundary"), ("setup", "heat_scene"): source("setup/heat_scene"),
             ("physics", "field_twin"): re.sub(r"ring_t|field_ring", lambda word: word[0].replace("ring", "twin"), source("physics/field_ring")),

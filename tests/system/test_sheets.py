@@ -50,3 +50,13 @@ def test_sheet_that_would_sink(run, tmp_path, offset, layers, shape):
     assert "too few layers of particles along z" in run(scene, "--check", expect=driver.BAD_INPUT).err
     scene.write_text(scene.read_text().replace(f"0,0,-{FORCE}", f"{FORCE},0,0"))
     run(scene, "--check")
+
+
+@pytest.mark.parametrize("width, speed, refused", [(0.03, 0, False), (0.01, 0, True), (0.03, 1e-3, True)])
+def test_sheet_on_an_anvil(run, tmp_path, width, speed, refused):
+    """A tool at rest below the whole sheet bears it as a wall does; a narrower one, or one that moves, does not."""
+    scene = cantilever(tmp_path, 0.0, 2)
+    scene.write_text(scene.read_text() + f"""&TOOL NAME='anvil', KIND='box', SIZE={width},0.03,0.01, POSITION=0.01,0.001,-0.005 /
+&MOTION TOOL='anvil', VELOCITY=0,0,{speed} /
+""")
+    run(scene, "--check", expect=driver.BAD_INPUT if refused else 0)

@@ -121,11 +121,11 @@ def surface_temperature(start, around, film, emissivity, resistance):
     return t
 
 
-@pytest.mark.parametrize("seed, how", [(0, "rkl2"), (1, "tr-bdf2"), (2, "backward-euler")])
-def test_radiation_of_heat_alone(run, tmp_path, seed, how):
+@pytest.mark.parametrize("case, how", [(0, "rkl2"), (1, "tr-bdf2"), (2, "backward-euler")])
+def test_radiation_of_heat_alone(run, tmp_path, case, how):
     """Exact, in heat alone: the cube as above, within 1 %, and a wall that radiates into hotter or colder surroundings
     beside a film, its steady temperatures within 1e-3 of the whole difference; heat is conserved."""
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(case)
     start, around, emissivity = random.uniform(900, 1600), random.uniform(250, 500), random.uniform(0.1, 1.0)
     capacity, area = 3.6e6 * 4e-3**3, 6 * 4e-3**2
     end = 0.9 * cooling_time(around + 0.3 * (start - around), start, around, emissivity, capacity, area)
@@ -141,9 +141,9 @@ def test_radiation_of_heat_alone(run, tmp_path, seed, how):
     assert np.abs(np.array(times) - history["time[s]"]).max() / end < 0.01
     assert content[0] - content[-1] == pytest.approx(lost[-1], rel=1e-5)      # printed digits
 
-    film = random.uniform(0.0, 200.0) * (seed > 0)
+    film = random.uniform(0.0, 200.0) * (case > 0)
     around, start = random.uniform(300, 1500), random.uniform(300, 900)
-    k, end = ((100.0, 80), (1.0, 4000), (20.0, 400))[seed]
+    k, end = ((100.0, 80), (1.0, 4000), (20.0, 400))[case]
     exact = surface_temperature(start, around, film, emissivity, 32e-3 / k)
     path = tmp_path / "wall.nml"
     text = (driver.INPUTS / "heat_slab.nml").read_text()
@@ -151,7 +151,7 @@ def test_radiation_of_heat_alone(run, tmp_path, seed, how):
     path.write_text(text.replace("COEFFICIENT = 6250", f"COEFFICIENT = {film}, EMISSIVITY = {emissivity}, AMBIENT = {around}"))
     sets = {"TIME.END": end, "GRID.CELL": 4e-3, "HEAT.INTEGRATOR": how, "BODY.TEMPERATURE": start, "MATERIAL.CONDUCTIVITY": k}
     probes = run(path, "--quiet", sets=sets).results("wall").probes()
-    print(seed, how, probes["face[K]"][-1], exact, start, around)
+    print(case, how, probes["face[K]"][-1], exact, start, around)
     assert probes["centre[K]"][-1] == pytest.approx((start + exact) / 2, abs=1e-3 * abs(around - start))
     assert probes["face[K]"][-1] == pytest.approx(exact, abs=1e-3 * abs(around - start))
 

@@ -54,12 +54,12 @@ def scene(tool, motion):
 """
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_stl_punch_is_the_analytic_one(run, tmp_path, seed):
+@pytest.mark.parametrize("case", range(2))
+def test_stl_punch_is_the_analytic_one(run, tmp_path, case):
     """A cylinder from a file, in another unit, place and orientation, pushes and turns as the exact one: force and torque
     within 1 % in the mean (its facets lie up to 0.1 % of the radius inside)."""
-    random = np.random.default_rng(seed)
-    unit, metres = [("mm", 1e-3), ("in", 25.4e-3)][seed]
+    random = np.random.default_rng(case)
+    unit, metres = [("mm", 1e-3), ("in", 25.4e-3)][case]
     radius = random.uniform(3.5e-3, 4.5e-3)
     facets = cylinder(radius / metres, 4e-3 / metres).astype(float)
     axis = random.normal(size=3)
@@ -68,7 +68,7 @@ def test_stl_punch_is_the_analytic_one(run, tmp_path, seed):
     across /= np.linalg.norm(across)
     origin = random.uniform(-5, 5, 3)
     facets = facets @ np.array([np.cross(across, axis), across, axis]) + origin
-    if seed:
+    if case:
         (tmp_path / "tool.stl").write_text(text_of(facets.astype(np.float32)))
     else:
         write_binary(tmp_path / "tool.stl", facets)
@@ -81,7 +81,7 @@ def test_stl_punch_is_the_analytic_one(run, tmp_path, seed):
         (tmp_path / f"{name}.nml").write_text(scene(f"{shape}, {common}", "VELOCITY = 0, 0, -30e-3, SPIN_RPM = 300"))
         history = run(f"{name}.nml", "--quiet").results(name).history()
         means[name] = [history[f"tool_{column}"][5:].mean() for column in ("force_z[N]", "torque[Nm]")]
-    print(seed, means)
+    print(case, means)
     assert means["exact"][0] > 1000
     assert np.allclose(means["stl"], means["exact"], rtol=0.01)
 

@@ -13,8 +13,8 @@ program test_blocks
   use particles_store, only: f_bbar, f_flow, f_jac, f_mass, f_pos, f_rate, f_tau, f_temp, f_vel, &
                              n_fields, particles_t
   use physics_field_waves, only: waves_t
-  use simulation_run, only: budget_t, e_plastic, e_stress
-  use simulation_scene, only: scene_t
+  use state_budget, only: budget_t, e_plastic, e_stress
+  use state_scene, only: scene_t
   implicit none (type, external)
 
   integer, parameter :: n = nlane - 1          !! the last lane is not in use

@@ -7,8 +7,8 @@ program test_conditions
   use input_reading, only: read_input_text
   use input_values, only: input_t
   use setup_keys, only: key_table
-  use simulation_clamp, only: clamp_t
-  use simulation_conditions, only: append_clamp, clamp_groups, held_t, make_clamp
+  use state_clamp, only: clamp_t
+  use state_conditions, only: append_clamp, clamp_groups, held_t, make_clamp
   implicit none (type, external)
 
   call begin_tests()

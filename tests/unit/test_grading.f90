@@ -8,8 +8,8 @@ program test_grading
   use mpm_blocks, only: weights_of
   use particles_block, only: block_t
   use particles_store, only: f_pos
-  use simulation_nodes, only: nodes_t
-  use simulation_scene, only: scene_t
+  use state_nodes, only: nodes_t
+  use state_scene, only: scene_t
   implicit none (type, external)
 
   integer :: axis, i

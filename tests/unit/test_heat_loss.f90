@@ -6,7 +6,7 @@ program test_heat_loss
   use check, only: begin_tests, end_tests, expect, expect_close
   use heat_mesh, only: boundary_face_t
   use heat_sources, only: wall_films_t
-  use simulation_scene, only: film_t, of_pressure
+  use state_scene, only: film_t, of_pressure
   use tools_heat_sink, only: heat_sink_t
   implicit none (type, external)
 

@@ -13,8 +13,8 @@ program test_shear_layer
   use physics_flow_law, only: flow_law_t, n_work
   use physics_law_johnson_cook, only: johnson_cook_t
   use physics_material, only: material_t
-  use simulation_scene, only: scene_t
-  use simulation_tool_lists, only: contact_particle_t, n_values, tool_contact_t, v_coulomb, &
+  use state_scene, only: scene_t
+  use state_tool_lists, only: contact_particle_t, n_values, tool_contact_t, v_coulomb, &
                                    v_max_friction, v_stick
   use tools_sums, only: n_tool_sums, s_area, s_excess_speed, s_face_temperature, s_layer_slip, &
                         s_layer_strength, s_layer_thickness, s_layer_work, s_surface_slip, &

@@ -7,13 +7,15 @@ program test_sleep
   use grid_geometry, only: box_t, grade, make_grid, section_across
   use grid_grading, only: grading_t, make_grading
   use physics_material, only: material_t
-  use simulation_nodes, only: nodes_t
-  use simulation_run, only: budget_t, clock_t, e_sleep, m_impulse, m_mass, m_momentum, sleepers_t
-  use simulation_scene, only: scene_t
   use sleep_cubes, only: cube_middle, cube_size, start_tracking, track_motion
   use sleep_held_layer, only: hold_layer, record_sleeper_impulse
   use sleep_stress, only: c_wake_requests, c_mass, c_stress, find_active_cubes, n_cube_sums, &
                           n_particle_sums
+  use state_budget, only: budget_t, e_sleep
+  use state_clock, only: clock_t
+  use state_nodes, only: nodes_t
+  use state_scene, only: scene_t
+  use state_sleepers, only: m_impulse, m_mass, m_momentum, sleepers_t
   implicit none (type, external)
 
   integer, parameter :: n(3) = 3

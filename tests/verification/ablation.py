@@ -32,7 +32,7 @@ TOOL, BODIES, SLEEP, GRADED, DRIVE = "tool", "bodies", "sleep", "graded", "drive
 # Constant: which rows, file, text, what takes its place for half and twice.
 PARTICLES, LIMITS, IMPULSES = (f"modules/contact/tool_{name}.f90" for name in ("particles", "limits", "impulses"))
 NORMALS, PAIRS, SURFACES, NODE_PAIRS = (
-    f"modules/contact/{name}.f90" for name in ("body_normals", "body_pairs", "body_surfaces")) + ("modules/simulation/node_pairs.f90",)
+    f"modules/contact/{name}.f90" for name in ("body_normals", "body_pairs", "body_surfaces")) + ("modules/state/node_pairs.f90",)
 CRITERIA, KEYS = "modules/sleep/criteria.f90", "modules/setup/keys.f90"
 
 

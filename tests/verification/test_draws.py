@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Problems with other parameters than those of the shipped inputs: seeded draws of each on a coarse grid, one in
 every run of the tests, two more in the long ones. LONG, of which test_problems runs the shipped parameters, are drawn in the
-long ones alone. STIRPOINT_SEED is the first seed."""
-
-import os
+long ones alone."""
 
 import numpy as np
 import problems
@@ -48,14 +46,12 @@ DRAWS = {
 # Without a draw: taylor, whose exact figures are those of one shot; discs, whose draw is discs_anyhow (test_problems);
 # hertz_impact, whose contact is a cell wide where a run is cheap.
 
-
-FIRST = int(os.environ.get("STIRPOINT_SEED", 0))
 LONG = {"hertz_line", "incline_sphere", "cantilever", "couette", "incline_cylinder"}
 
 
 @pytest.mark.parametrize(
     "name, seed",
-    [pytest.param(name, FIRST + k, marks=[pytest.mark.long] if k or name in LONG else []) for name in DRAWS for k in range(2 if name in LONG else 3)],
+    [pytest.param(name, k, marks=[pytest.mark.long] if k or name in LONG else []) for name in DRAWS for k in range(2 if name in LONG else 3)],
 )
 def test_draw(name, seed, tmp_path):
     """Exact: see the problem; what its shipped parameters keep at this resolution holds for any."""

@@ -75,11 +75,11 @@ class Record:
         table = table[np.isfinite(table[:, 0])]
         return cls(table[:, 0], [column.name for column in found[1:]], table[:, 1:], [column.unit for column in found[1:]], others)
 
-    def after(self, start: float) -> Record:
-        """The rows from `start` on [s]."""
+    def after(self, start: float, path: Path | str) -> Record:
+        """The rows from `start` on [s]; `path` is the file that a message names."""
         kept = self.time >= start
         if kept.sum() < 3:
-            raise ValueError(f"fewer than 3 rows after {start} s")
+            raise ValueError(f"{path}: fewer than 3 rows after {start} s")
         return Record(self.time[kept], self.names, self.values[kept], self.units)
 
     def curves(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:

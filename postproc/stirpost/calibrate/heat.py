@@ -66,7 +66,7 @@ def add_record(action: argparse.ArgumentParser) -> None:
 def show_film(options: argparse.Namespace) -> None:
     if not options.room >= cooling.COLDEST and options.unit != "K":
         raise ValueError(f"--room {options.room:g} is in kelvin; degrees Celsius + 273.15")
-    record = cooling.Record.read(options.record, options.unit).after(options.start)
+    record = cooling.Record.read(options.record, options.unit).after(options.start, options.record)
     for name, t in zip(record.names, record.values.T):
         if np.isfinite(t).sum() < 3:
             raise ValueError(f"{name} has fewer than 3 readings after {options.start:g} s")

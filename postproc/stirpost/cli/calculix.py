@@ -127,7 +127,7 @@ class Plate:
             keys = scene.of("material", name)
             alpha = keys.get("expansion") or expansion
             if not alpha or not keys.get("youngs_modulus"):
-                raise ValueError(f"{name}: YOUNGS_MODULUS and EXPANSION of its &MATERIAL are needed, or --expansion")
+                raise ValueError(f"&MATERIAL '{name}': YOUNGS_MODULUS and EXPANSION are needed, or --expansion")
             own = np.flatnonzero(self.material == name)
             lines += [f"*ELEMENT, TYPE=C3D8I, ELSET=BODY{number}"]
             lines += [f"{k + 1}, " + ", ".join(str(n + 1) for n in self.bricks[k]) for k in own]

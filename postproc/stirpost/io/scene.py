@@ -38,7 +38,7 @@ class Scene:
         try:
             self.all = f90nml.reads(text + "\n") if "&" in text else f90nml.Namelist()
         except Exception:  # also a RecursionError: whatever a text that is no input leads f90nml to
-            raise ValueError("the input of the run cannot be read") from None
+            raise ValueError("it cannot be read") from None
 
     @classmethod
     def read(cls, path: Path | str) -> Scene:

@@ -8,7 +8,7 @@
 !> stores elastically: 2 chi |dK/dt| is the power. Momenta of symmetric flow cancel, but not its
 !> power; the power of a tool that spins hides that of its way, but not its momentum. Steady flow
 !> changes neither.
-module simulation_inertia
+module state_inertia
   use base_kinds, only: rp
   implicit none (type, external)
   private
@@ -55,4 +55,4 @@ contains
     part = maxval(loads/max(self%load, tiny(1.0_rp)))
   end function part
 
-end module simulation_inertia
+end module state_inertia

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Node pairs: nodes with mass of two bodies with velocity fields of their own, listed in each step.
 !> A node has an entry for every pair of bodies with mass on it; its entries are contiguous.
-module simulation_node_pairs
+module state_node_pairs
   use base_kinds, only: i8, rp
   use base_sort, only: order_of
   use base_system, only: allocate_aligned, free_aligned, resize_aligned
@@ -268,4 +268,4 @@ contains
     self%kept = self%kept(:, order_of(self%kept(:1, :)))
   end subroutine gather_kept
 
-end module simulation_node_pairs
+end module state_node_pairs

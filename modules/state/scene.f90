@@ -3,13 +3,13 @@
 !>
 !> Heat films on the faces of a body: a heat-transfer coefficient, which may depend on pressure, and
 !> radiation.
-module simulation_scene
+module state_scene
   use base_kinds, only: i8, rp
   use grid_geometry, only: grid_t, mean_edge
   use particles_store, only: layout_t
   use physics_field, only: field_t
   use physics_material, only: material_t
-  use simulation_conditions, only: held_t, symmetry_t, wall_t
+  use state_conditions, only: held_t, symmetry_t, wall_t
   use tools_pair, only: contact_t
   implicit none (type, external)
   private
@@ -114,7 +114,7 @@ module simulation_scene
     real(rp) :: fixed_dt = 0.0_rp            !! prescribed time step [s]; 0: from the wave speed
     real(rp) :: mass_scaling = 1.0_rp        !! factor on inertia; initial value if adaptive
     logical :: adapts_mass = .false.         !! mass scaling follows the inertial stress
-    !> Selective mass scaling, which adds inertia to nodes of little mass (simulation_nodes).
+    !> Selective mass scaling, which adds inertia to nodes of little mass (state_nodes).
     logical :: scales_light_nodes = .false.
     real(rp) :: scaling_range(2) = 0.0_rp    !! smallest and largest adaptive mass scaling
     real(rp) :: elastic_scaling = 1.0_rp     !! divisor of the elastic moduli of metal that can flow
@@ -321,4 +321,4 @@ contains
     h = h + part*(self%there(i + 1) - h)
   end function coefficient_at
 
-end module simulation_scene
+end module state_scene

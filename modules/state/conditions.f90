@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> Conditions on nodes: planes of symmetry, and conditions that prescribe velocities, by the groups
 !> of the input.
-module simulation_conditions
+module state_conditions
   use base_kinds, only: rp
   use input_key_table, only: key_table_t
-  use simulation_clamp, only: clamp_t
+  use state_clamp, only: clamp_t
   implicit none (type, external)
   private
 
@@ -81,4 +81,4 @@ contains
     call move_alloc(longer, list)
   end subroutine append_clamp
 
-end module simulation_conditions
+end module state_conditions

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Lists of the nodes whose velocity walls, clamps and planes of symmetry prescribe, made at every
 !> sort (boundary_clamp_list, boundary_symmetry).
-module simulation_boundary
+module state_boundary
   use base_kinds, only: rp
   implicit none (type, external)
   private
@@ -59,4 +59,4 @@ module simulation_boundary
     type(mirrors_t) :: resting_mirrors        !! mirror nodes of all particles, if some sleep
   end type boundary_t
 
-end module simulation_boundary
+end module state_boundary

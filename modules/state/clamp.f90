@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> Clamps, nodes in a box that move with a given velocity (boundary_clamps). A condition that
 !> prescribes another velocity, of position and time, is a type that extends this one in a file of
-!> its own (its keys, reading them, the velocity), and one line in `simulation_conditions`.
-module simulation_clamp
+!> its own (its keys, reading them, the velocity), and one line in `state_conditions`.
+module state_clamp
   use base_kinds, only: rp
   use input_key_table, only: key_table_t
   use input_values, only: input_t
@@ -95,4 +95,4 @@ contains
     v = self%velocity
   end function velocity_at
 
-end module simulation_clamp
+end module state_clamp

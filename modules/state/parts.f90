@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> State of a running simulation: scene, this rank's part of it, clock and budget; and `hook_t`, by
 !> which users add physics to a step.
-module simulation_parts
+module state_parts
   use base_kinds, only: i8, rp
   use base_timers, only: phase_timer_t
   use base_world, only: world_t
@@ -9,13 +9,16 @@ module simulation_parts
   use input_values, only: input_t
   use particles_store, only: particles_t
   use particles_tracers, only: tracers_t
-  use simulation_inertia, only: inertia_t
-  use simulation_node_pairs, only: n_kept, node_pairs_t
-  use simulation_nodes, only: nodes_t
-  use simulation_probes, only: probes_t
-  use simulation_run, only: budget_t, clock_t, exchange_t, sleepers_t
-  use simulation_scene, only: scene_t
-  use simulation_tool_lists, only: tool_contact_t
+  use state_budget, only: budget_t
+  use state_clock, only: clock_t
+  use state_exchange, only: exchange_t
+  use state_inertia, only: inertia_t
+  use state_node_pairs, only: n_kept, node_pairs_t
+  use state_nodes, only: nodes_t
+  use state_probes, only: probes_t
+  use state_scene, only: scene_t
+  use state_sleepers, only: sleepers_t
+  use state_tool_lists, only: tool_contact_t
   use tools_heat_sink, only: backing_t
   use tools_sums, only: n_tool_sums
   use tools_tool, only: tool_t
@@ -135,7 +138,7 @@ contains
 
   !> Action of the hook after the update of the nodes, before walls, tools and contact: change the
   !> velocities of nodes, lanes 1 to 3 of `g`, and with them the velocity changes, lanes 5 to 7
-  !> (simulation_nodes). A step may be refused and repeated: only the sums are restored.
+  !> (state_nodes). A step may be refused and repeated: only the sums are restored.
   subroutine after_nodes(self, sim, dt, g)
     class(hook_t), intent(inout) :: self
     type(simulation_t), intent(inout) :: sim
@@ -166,4 +169,4 @@ contains
     call sim%pairs%near%free()
   end subroutine free_simulation
 
-end module simulation_parts
+end module state_parts

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> Particles that touch a tool in a step, and the nodes near it; the lists are rebuilt in each step.
-module simulation_tool_lists
+module state_tool_lists
   use base_kinds, only: nlane, rp
   use particles_store, only: f_plastic, f_rate, f_tau, layout_t, n_conduction, particles_t
   use tools_tool, only: rigid_t
@@ -307,4 +307,4 @@ contains
     end do
   end subroutine add_values
 
-end module simulation_tool_lists
+end module state_tool_lists

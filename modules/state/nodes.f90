@@ -14,15 +14,15 @@
 !> it the difference anew in every step: a drag M'/dt on all deformation of surface cells, 1.6 % of
 !> the force of a punch at a mass scaling of 100. A sort that is due forgets the velocities, since
 !> its ranks may list other nodes.
-module simulation_nodes
+module state_nodes
   use base_kinds, only: i8, nlane, rp
   use base_system, only: allocate_aligned, free_aligned
   use base_world, only: world_t
   use grid_geometry, only: box_t, patch_t
   use grid_halo, only: halo_t
-  use simulation_boundary, only: boundary_t
-  use simulation_run, only: clock_t
-  use simulation_scene, only: scene_t, scheme_usl
+  use state_boundary, only: boundary_t
+  use state_clock, only: clock_t
+  use state_scene, only: scene_t, scheme_usl
   implicit none (type, external)
   private
 
@@ -62,7 +62,7 @@ module simulation_nodes
   end type nodes_t
 
   public :: nodes_t
-  public :: append, clear_nodes, full_mass, min_node_inertia, update_nodes
+  public :: append, bytes_per_node, clear_nodes, full_mass, min_node_inertia, update_nodes
   public :: forget_light, gather_light, keep_light, momentum_of_light, place_light, recall_light
 
   !> Mass below which a node is empty [kg].
@@ -82,10 +82,7 @@ contains
     type(scene_t), intent(in) :: scene
 
     call allocate_grid(self, self%memory, self%g)
-    if (scene%method%scheme /= scheme_usl .or. scene%method%conducts .or. scene%method%filters() &
-        .or. scene%method%shows_motion) then
-      call allocate_grid(self, self%memory2, self%g2)
-    end if
+    if (has_second_grid(scene)) call allocate_grid(self, self%memory2, self%g2)
     if (scene%method%filters()) call allocate_grid(self, self%memory3, self%increment)
     if (allocated(self%volume)) deallocate (self%volume)
     if (scene%method%fbar) allocate (self%volume(2*size(scene%body), self%patch%nn), source=0.0_rp)
@@ -95,6 +92,21 @@ contains
     if (.not. allocated(self%light_node)) allocate (self%light_node(2, 1))
     self%kept = 1
   end subroutine allocate_grids
+
+  pure logical function has_second_grid(scene)
+    type(scene_t), intent(in) :: scene
+
+    has_second_grid = scene%method%scheme /= scheme_usl .or. scene%method%conducts &
+      .or. scene%method%filters() .or. scene%method%shows_motion
+  end function has_second_grid
+
+  !> Memory of a node in each group of bodies [bytes].
+  pure integer function bytes_per_node(scene)
+    type(scene_t), intent(in) :: scene
+
+    bytes_per_node = 64*count([.true., has_second_grid(scene), scene%method%filters()]) &
+      + merge(40, 0, scene%method%scales_light_nodes)
+  end function bytes_per_node
 
   subroutine allocate_grid(self, memory, g)
     class(nodes_t), intent(in) :: self
@@ -376,4 +388,4 @@ contains
     end do
   end subroutine place_light
 
-end module simulation_nodes
+end module state_nodes

@@ -2,7 +2,7 @@
 !> Thermocouples, massless points that move with the material and read its nodal temperature. A
 !> probe that leaves through a periodic side keeps its unwrapped position and reads the images of
 !> the nodes.
-module simulation_probes
+module state_probes
   use base_kinds, only: rp
   use base_world, only: world_t
   use grid_geometry, only: grid_t, nearest_node, patch_t, wrap
@@ -137,4 +137,4 @@ contains
     end do
   end subroutine assign_probes
 
-end module simulation_probes
+end module state_probes
