@@ -27,13 +27,13 @@ def inverse(value, x, y):
 @pytest.mark.parametrize("solver, seed", [("explicit", 1), ("cg", 2), ("cg", 3), ("petsc", 4)])
 def test_steady_bar(run, tmp_path, solver, seed):
     """Exact (Kirchhoff): between a wall at T_0 and a film the integral of k over T is linear in x, and what flows is
-    its slope and what the film takes up. Profile within 1 % of its difference from two cells off the film on, for
-    drawn tables."""
+    its slope and what the film takes up. Profile within 1.5 % of its difference from two cells off the film on, for
+    drawn tables whose points are apart by three cells' difference in temperature."""
     if solver == "petsc" and driver.lacks("petsc", tmp_path):
         pytest.skip("this build has no petsc")
     draw = np.random.default_rng(seed)
     length, cold, ambient = 64e-3, draw.uniform(280, 320), draw.uniform(900, 1500)
-    x = np.sort(draw.uniform(250, 950, 4))
+    x = draw.uniform(250, 300) + np.cumsum(draw.uniform(150, 250, 4))
     k = draw.uniform(50, 100, 4) * np.array([1, 2, 1, 3])[draw.permutation(4)]
     if seed == 1:                        # linear in T
         x, k = np.array([cold, 900.0]), np.array([100.0, 400.0])
@@ -46,7 +46,8 @@ def test_steady_bar(run, tmp_path, solver, seed):
     text = text.replace("UPPER = 64e-3, 4e-3, 4e-3 /", "UPPER = 80e-3, 4e-3, 4e-3 /", 1)
     path = tmp_path / "steady.nml"
     path.write_text(text)
-    end = 160 if solver == "explicit" else 400
+    slowest = 8960 * 386 * (2 * length / np.pi) ** 2 / k.min()    # time constant, at most
+    end = round(6 * slowest)
     sets = {"TIME.END": end, "TIME.MASS_SCALING": 9e11, "OUTPUT.CHECKPOINT_INTERVAL": end, "BODY.TEMPERATURE": 600}
     if solver != "explicit":
         sets |= {"HEAT.INTEGRATOR": "backward-euler", "HEAT.STEP": 2, "HEAT.SOLVER": solver}
@@ -60,7 +61,7 @@ def test_steady_bar(run, tmp_path, solver, seed):
     wanted = [inverse(integral(cold, x, k) + at / length * whole, x, k) for at in state.x[:, 0]]
     off = (np.abs(state.temp - wanted) / (face - cold))[state.x[:, 0] < length - 8e-3].max()
     print(solver, seed, off, cold, face, ambient)
-    assert off < 0.01
+    assert off < 0.015
     assert np.abs(results.history()["conduction_error[%]"]).max() < 1e-9
 
 

@@ -29,7 +29,7 @@ DRAWS = {
     "hertz_line": (40, 0.08, {"press": (0.015, 0.03)}),
     "couette": (8, 0.03, {"k": (3e5, 1e6), "rpm": (700.0, 1000.0)}),
     "tube": (8, 0.05, {"poisson": (0.1, 0.49), "pressure": (0.5, 2.0)}),
-    "tool_torque": (6, 0.03, {"friction": (0.1, 0.6)}),
+    "tool_torque": (6, 0.04, {"friction": (0.1, 0.6)}),
     "cantilever": (3, 0.02, {"load": (4e3, 14e3)}),
     "source_plate": (1, 0.02, {"speed": (5e-4, 2e-3), "power": (800.0, 2000.0)}),
     "waves3d": (8, 0.15, {"amplitude": (0.02, 0.1)}),

@@ -192,15 +192,15 @@ def test_books_of_the_face(tmp_path):
 @pytest.mark.parametrize("seed", range(6))
 def test_discs_meet_anyhow(seed, tmp_path):
     """Discs of 8 cells a radius that meet at any offset, angle and place of the grid, on straight or round lattices,
-    with and without friction, gain no energy (0.2 %) and keep their angular momentum (2 %, without friction 0.3 %);
-    without friction they lose at most 2 %, with friction at most 1.5 % of their energy is lost without becoming heat."""
+    with and without friction, gain no energy (0.2 %) and keep their angular momentum (2 %, without friction 0.6 %);
+    without friction they lose at most 2.5 %, with friction at most 2 % of their energy is lost without becoming heat."""
     problem = problems.ALL["discs_anyhow"]
     friction = float(np.random.default_rng(100 + seed).uniform(0.05, 0.8)) if seed // 2 % 2 else 0.0
     _, figures, _ = problem.solve(8, {"seed": seed, "friction": friction}, tmp_path)
     print(problem.draw(seed), friction, figures)
     assert figures["gained"] < 0.002
-    assert abs(figures["spin"] - 1.0) < (0.02 if friction else 0.003)
-    assert figures["lost"] < (0.015 if friction else 0.02)
+    assert abs(figures["spin"] - 1.0) < (0.02 if friction else 0.006)
+    assert figures["lost"] < (0.02 if friction else 0.025)
 
 
 @pytest.mark.parametrize("seed", range(3))
