@@ -93,7 +93,7 @@ contains
     real(rp), intent(in) :: dt                  !! time since the last conduction step [s]
     real(rp) :: smoothed, gained, out           ! heat of smoothing, of the particles, and through
                                                 ! boundaries [J]
-    type(contacts_t) :: exchange
+    type(contacts_t) :: contacts
     type(gaps_t) :: gaps
     integer :: a, b, k
 
@@ -104,11 +104,11 @@ contains
     call gather_temperature(sim%scene, sim%particles, sim%nodes)
     if (size(sim%hook) > 0 .and. .not. sim%scene%method%implicit_heat) call limit_step(sim, dt)
     call find_gaps(sim%scene, sim%particles, sim%nodes, sim%pairs, gaps)
-    call find_contacts(sim%scene, sim%tool, sim%backing, sim%particles, sim%nodes, dt, exchange)
+    call find_contacts(sim%scene, sim%tool, sim%backing, sim%particles, sim%nodes, dt, contacts)
     if (sim%scene%method%implicit_heat) then
-      call solve_implicit(sim%scene, sim%clock, sim%particles, sim%nodes, exchange, gaps, dt)
+      call solve_implicit(sim%scene, sim%clock, sim%particles, sim%nodes, contacts, gaps, dt)
     end if
-    call find_increments(sim, exchange, gaps, dt)
+    call find_increments(sim, contacts, gaps, dt)
     do k = 1, sim%scene%n_heat_groups
       do a = 1, 3
         if (.not. sim%scene%grid%grading(a)%is_graded) cycle
@@ -132,7 +132,7 @@ contains
     if (any(sim%scene%symmetry%temperature > 0.0_rp)) then
       sim%budget%sums(e_wall_heat) = sim%budget%sums(e_wall_heat) + smoothed
     end if
-    call warm_sinks(sim%tool, sim%backing, dt, exchange)
+    call warm_sinks(sim%tool, sim%backing, dt, contacts)
     sim%budget%sums(e_conduction) = sim%budget%sums(e_conduction) + gained &
       + sim%budget%sums(e_film) - sim%budget%sums(e_wall_heat) + sim%budget%sums(e_tool) - out
   end subroutine take_conduction_step
@@ -163,14 +163,14 @@ contains
   !> Temperature increments of the nodes in a step. An implicit step has the temperatures of its end
   !> in lane 4; in an explicit one the exchange with what is outside the bodies follows the
   !> increments by all other heat.
-  subroutine find_increments(sim, exchange, gaps, dt)
+  subroutine find_increments(sim, contacts, gaps, dt)
     type(simulation_t), intent(inout) :: sim
-    type(contacts_t), intent(inout) :: exchange
+    type(contacts_t), intent(inout) :: contacts
     type(gaps_t), intent(in) :: gaps
     real(rp), intent(in) :: dt              !! conduction step [s]
     integer :: k, r
 
-    call gather_flux(sim%scene, sim%particles, sim%nodes, exchange, gaps, dt, &
+    call gather_flux(sim%scene, sim%particles, sim%nodes, contacts, gaps, dt, &
                      sim%scene%method%implicit_heat, sim%budget%sums)
     do k = 1, sim%scene%n_heat_groups
       do r = 1, sim%nodes%n_ranges
@@ -184,7 +184,7 @@ contains
     do k = 1, sim%scene%n_heat_groups
       call restore(sim%scene, sim%nodes, r_warming, sim%nodes%g(:, :, k))
     end do
-    call gather_exchange(sim%scene, sim%nodes, exchange, gaps, dt, sim%budget%sums)
+    call gather_exchange(sim%scene, sim%nodes, contacts, gaps, dt, sim%budget%sums)
     do k = 1, sim%scene%n_heat_groups
       do r = 1, sim%nodes%n_ranges
         associate (low => sim%nodes%range(1, r), high => sim%nodes%range(2, r))

@@ -212,11 +212,11 @@ contains
   !> the second grid; with `ends`, lane 4 is the temperature at the end of the step, and the
   !> exchange with what is outside the bodies is included; otherwise its conductances [W/K] are in
   !> lane 6. Lane 8: capacity times the smoothed differences of particles from the nodal field.
-  subroutine gather_flux(scene, particles, nodes, exchange, gaps, dt, ends, sums)
+  subroutine gather_flux(scene, particles, nodes, contacts, gaps, dt, ends, sums)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
     type(nodes_t), intent(inout) :: nodes
-    type(contacts_t), intent(inout) :: exchange
+    type(contacts_t), intent(inout) :: contacts
     type(gaps_t), intent(in) :: gaps
     real(rp), intent(in) :: dt                  !! time step [s]
     logical, intent(in) :: ends
@@ -229,10 +229,10 @@ contains
       call diffuse_block(scene, particles, nodes, b, dt)
     end do
     if (ends) then
-      call add_exchange(nodes, dt, ends, exchange, sums)
+      call add_exchange(nodes, dt, ends, contacts, sums)
       call add_gap_fluxes(nodes, gaps, dt, ends)
     else
-      call add_conductances(nodes, exchange)
+      call add_conductances(nodes, contacts)
       call add_gap_conductances(nodes, gaps)
     end if
     call sum_flux(scene, nodes)
@@ -240,16 +240,16 @@ contains
 
   !> Collective. Heat to the nodes in an explicit step `dt` by the exchange with what is outside the
   !> bodies, to lane 5 of the second grid, with the increments by all other heat in lane 5.
-  subroutine gather_exchange(scene, nodes, exchange, gaps, dt, sums)
+  subroutine gather_exchange(scene, nodes, contacts, gaps, dt, sums)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(inout) :: nodes
-    type(contacts_t), intent(inout) :: exchange
+    type(contacts_t), intent(inout) :: contacts
     type(gaps_t), intent(in) :: gaps
     real(rp), intent(in) :: dt                  !! time step [s]
     real(rp), intent(inout) :: sums(n_sums)
 
     call clear_nodes(nodes, nodes%g2)
-    call add_exchange(nodes, dt, .false., exchange, sums)
+    call add_exchange(nodes, dt, .false., contacts, sums)
     call add_gap_fluxes(nodes, gaps, dt, .false.)
     call sum_flux(scene, nodes)
   end subroutine gather_exchange

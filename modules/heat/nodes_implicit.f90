@@ -25,7 +25,7 @@ module heat_nodes_implicit
     type(scene_t), pointer :: scene => null()
     type(particles_t), pointer :: particles => null()
     type(nodes_t), pointer :: nodes => null()
-    type(contacts_t), pointer :: exchange => null()
+    type(contacts_t), pointer :: contacts => null()
     type(gaps_t), pointer :: gaps => null()
     logical :: is_unsolved = .false.
     real(rp) :: dt = 0.0_rp                     !! conduction step [s]
@@ -46,12 +46,12 @@ contains
   !> at these temperatures, so that heat is conserved whatever the tolerance. The next step is
   !> chosen from the error dt^2/2 d2T/dt2, filtered by a second solve. A failed solve sets
   !> `clock%now%is_unsolved` on all ranks.
-  subroutine solve_implicit(scene, clock, particles, nodes, exchange, gaps, dt)
+  subroutine solve_implicit(scene, clock, particles, nodes, contacts, gaps, dt)
     type(scene_t), intent(in), target :: scene
     type(clock_t), intent(inout) :: clock
     type(particles_t), intent(in), target :: particles
     type(nodes_t), intent(inout), target :: nodes
-    type(contacts_t), intent(inout), target :: exchange
+    type(contacts_t), intent(inout), target :: contacts
     type(gaps_t), intent(in), target :: gaps
     real(rp), intent(in) :: dt                  !! conduction step [s]
     real(rp), parameter :: fine = 1.0e-8_rp, rough = 0.1_rp   ! relative residuals of the solution
@@ -65,9 +65,9 @@ contains
     lost = nodes%boundary%mirrors%lost
     n = scene%n_heat_groups
     before = nodes%g(4, :, :n)
-    call gather_flux(scene, particles, nodes, exchange, gaps, dt, .true.)
+    call gather_flux(scene, particles, nodes, contacts, gaps, dt, .true.)
     b = nodes%g2(5, :, :n) + nodes%g(3, :, :n)
-    call init_system(scene, particles, nodes, system, exchange, gaps, dt)
+    call init_system(scene, particles, nodes, system, contacts, gaps, dt)
     where (.not. system%is_free) b = 0.0_rp
     call solve(system, fine, b, x)
     associate (method => scene%method)
@@ -90,12 +90,12 @@ contains
   end subroutine solve_implicit
 
   !> Set up the system of a step. Free nodes are those in use with a capacity, not behind a wall.
-  subroutine init_system(scene, particles, nodes, system, exchange, gaps, dt)
+  subroutine init_system(scene, particles, nodes, system, contacts, gaps, dt)
     type(nodal_system_t), intent(out) :: system
     type(scene_t), intent(in), target :: scene
     type(particles_t), intent(in), target :: particles
     type(nodes_t), intent(inout), target :: nodes
-    type(contacts_t), intent(inout), target :: exchange
+    type(contacts_t), intent(inout), target :: contacts
     type(gaps_t), intent(in), target :: gaps
     real(rp), intent(in) :: dt                  !! time step [s]
     real(rp), parameter :: min_change = 1.0e-9_rp     ! rms temperature change at rounding level [K]
@@ -105,7 +105,7 @@ contains
     system%scene => scene
     system%particles => particles
     system%nodes => nodes
-    system%exchange => exchange
+    system%contacts => contacts
     system%gaps => gaps
     system%dt = dt
     system%n = scene%n_heat_groups
@@ -120,7 +120,7 @@ contains
     system%is_free(nodes%boundary%mirrors%pair(1, :nodes%boundary%mirrors%n_pairs), :) = .false.
     system%is_own = system%is_own .and. system%is_free
     nodes%g(4, :, :system%n) = 0.0_rp
-    call gather_flux(scene, particles, nodes, exchange, gaps, dt, .true.)
+    call gather_flux(scene, particles, nodes, contacts, gaps, dt, .true.)
     system%at_zero = nodes%g2(5, :, :system%n)
     all = sum(nodes%g(1, :, :system%n), mask=system%is_own)
     call nodes%halo%world%sum(all)
@@ -193,7 +193,7 @@ contains
       do k = 1, n
         call restore(self%scene, self%nodes, r_warming, g(:, :, k))
       end do
-      call gather_flux(self%scene, self%particles, self%nodes, self%exchange, self%gaps, self%dt, &
+      call gather_flux(self%scene, self%particles, self%nodes, self%contacts, self%gaps, self%dt, &
                        .true.)
       q = merge(g(1, :, :n)*p - (self%nodes%g2(5, :, :n) - self%at_zero), 0.0_rp, self%is_free)
     end associate

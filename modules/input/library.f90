@@ -218,7 +218,10 @@ contains
                  [(input%given(group, i, trim(input%table%keys(k)%name)), k=rows%first, rows%last)])
       do k = rows%first, rows%last
         associate (row => input%table%keys(k))
-          if (any(row%name == [character(24) :: own, 'NAME', 'FROM', 'LIBRARY'])) cycle
+          if (any(row%name == [character(24) :: own, 'NAME', 'FROM', 'LIBRARY'])) then
+            if (row%unit == 'K' .and. abs(row%n) == 1) call compare_temperatures(row%name)
+            cycle
+          end if
           if (.not. gives(library, kind, m, trim(row%name))) cycle
           if (.not. is_needed(input, group, i, library, kind, m, row, own)) cycle
           value = library%values(kind, m, trim(row%name))
@@ -234,6 +237,19 @@ contains
         end associate
       end do
     end associate
+  contains
+    !> Report a temperature that is within 15 K of the library's if it was meant in degrees Celsius.
+    subroutine compare_temperatures(key)
+      character(*), intent(in) :: key
+      real(rp), parameter :: slack = 15.0_rp, zero = 273.15_rp
+      real(rp) :: known
+
+      if (.not. gives(library, kind, m, trim(key))) return
+      known = library%real(kind, m, trim(key))
+      if (abs(input%real(group, i, trim(key)) + zero - known) > slack) return
+      call input%report(group, i, trim(key), 'is in degrees Celsius that of the library, '// &
+                        str(known)//' K: temperatures are in kelvin')
+    end subroutine compare_temperatures
   end subroutine take_entry
 
   !> Source of a key of entry `m`, behind the range of its values.

@@ -61,10 +61,11 @@ contains
       upper = max(upper, high)
     end do
     associate (grid => scene%grid)
-      if (maxval(grid%upper() - grid%lower) > 100.0_rp*maxval(upper - lower)) &
+      if (maxval(grid%upper() - grid%lower) > 100.0_rp*maxval(upper - lower)) then
         call input%report('GRID', 1, 'UPPER', 'is '//str(maxval(grid%upper() - grid%lower))// &
-                        ' m from LOWER, for bodies of '//str(maxval(upper - lower))//' m and '// &
-                        'less: is it in mm?')
+                          ' m from LOWER, for bodies of '//str(maxval(upper - lower))// &
+                          ' m and less: is it in mm?')
+      end if
     end associate
   end subroutine check_grid
 

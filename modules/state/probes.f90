@@ -28,9 +28,9 @@ contains
   !> Move this rank's probes by the velocities of `g` and read the temperature of `g_heat` there
   !> (linear weights); the masses of both grids are the same. Light nodes may be fast, as particles
   !> that hardly reach a node give it more force than mass: those with less than an eighth of the
-  !> mass, which the corner of a block has, move a probe less in proportion. Nodes held for sleepers have received
-  !> the temperature of only a part of their particles: a probe next to such a node keeps its
-  !> temperature of the last conduction step.
+  !> mass, which the corner of a block has, move a probe less in proportion. Nodes held for sleepers
+  !> have received the temperature of only a part of their particles: a probe next to such a node
+  !> keeps its temperature of the last conduction step.
   subroutine move_probes(dt, patch, n_groups, g, g_heat, probes, held)
     real(rp), intent(in) :: dt                  !! time step [s]
     type(patch_t), intent(in) :: patch

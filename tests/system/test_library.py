@@ -159,6 +159,7 @@ def test_another_law_keeps_the_rest(run, tmp_path):
     "material, complaint",
     [
         ("NAME = 'copper', FROM = 'coper'", "error: &MATERIAL FROM = 'coper': the library has no 'coper'; did you mean copper?"),
+        ("NAME = 'copper', FROM = 'AA6061-T6', T_MELT = 582", "T_MELT = 582: is in degrees Celsius that of the library, 855 K"),
         ("NAME = 'copper', FROM = 'library', LIBRARY = 'none.nml'", "none.nml cannot be read"),
         ("NAME = 'copper', LIBRARY = 'none.nml'", "has no effect without FROM"),
         ("NAME = 'copper', FROM = 'mine', LIBRARY = 'bad.nml'", "bad.nml:2: error: &MATERIAL DENSITY = -8960: must be > 0"),

@@ -47,6 +47,7 @@ ERRORS = {
     "probe in the air": ("POSITION = 4e-3, 4e-3, 6.2e-3", "POSITION = 4e-3, 4e-3, 7.3e-3", r"&PROBE POSITION .*outside the bodies"),
     "disc above": ("&SURFACE", "&SOURCE POWER = 10, RADIUS = 1e-3, POSITION = 4e-3, 4e-3, 8.5e-3 /\n&SURFACE", r"&SOURCE .*never touches"),
     "disc beside": ("&SURFACE", "&SOURCE POWER = 10, RADIUS = 1e-3, POSITION = 0.5e-3, 4e-3, 7e-3 /\n&SURFACE", r"&SOURCE .*never touches"),
+    "grid in mm": ("UPPER = 8e-3, 8e-3, 8e-3", "UPPER = 8, 8e-3, 8e-3", r"&GRID UPPER = .*: is 8 m from LOWER, for bodies of 0.005 m and less: is it in mm"),
     "ball outside": ("&SURFACE", "&SOURCE KIND = 'ball', POWER = 10, RADIUS = 1e-3, POSITION = 0, 0, 0 /\n&SURFACE", r"&SOURCE .*never touches"),
 }
 
