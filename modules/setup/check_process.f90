@@ -119,6 +119,7 @@ contains
         end if
       end associate
     end if
+    call check_forces(input, scene, tool(k), survey)
     do i = 1, size(survey%phase)
       associate (one => survey%phase(i))
         if (one%motion == 0 .or. one%off_plate <= 0.0_rp) cycle
@@ -130,6 +131,29 @@ contains
       end associate
     end do
   end subroutine check_tool_motion
+
+  !> Warn of forces that DAMPING carries: they move the tool by less than a tenth of a cell.
+  subroutine check_forces(input, scene, tool, survey)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tool
+    type(tool_survey_t), intent(in) :: survey
+    real(rp) :: force, way
+    integer :: i
+
+    if (tool%drive%damping <= 0.0_rp) return
+    do i = 1, size(survey%phase)
+      associate (one => survey%phase(i))
+        if (one%name /= 'press' .or. one%motion == 0) cycle
+        if (.not. input%given('MOTION', one%motion, 'FORCE')) cycle
+        force = input%real('MOTION', one%motion, 'FORCE')
+        way = force*(one%to - one%from)/(tool%drive%damping*sqrt(scene%method%mass_scaling))
+        if (force <= 0.0_rp .or. way >= 0.1_rp*minval(scene%grid%h)) cycle
+        call input%warn('MOTION', one%motion, 'FORCE', 'moves the tool by '//length_text(way)// &
+                        ' at most against its DAMPING: is it in kN?')
+      end associate
+    end do
+  end subroutine check_forces
 
   !> Warn of metal that nothing holds against a rotating tool, of clamps of metal that the tool
   !> stirs, and of a plate up to the top of the grid, without room for flash.

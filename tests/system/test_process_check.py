@@ -31,6 +31,8 @@ CASES = {
     "no time": ({"TIME.END": 0}, "warning", "never touches a body until &TIME END = 0 s"),
     "no room for flash": ({"GRID.UPPER": "104e-3,48e-3,12e-3"}, "warning", "GRID UPPER .*ends 0 mm above the plate"),
     "density in g/cm3": ({"MATERIAL.DENSITY": 8.96}, "warning", "DENSITY = 8.96: is that of no metal, 500 to 23000 kg/m3"),
+    "force in kN": ({"MOTION(2).FORCE": 12}, "warning", "FORCE = 12: moves the tool by .* at most against its DAMPING: is it in kN"),
+    "force in N": ({"MOTION(2).FORCE": 12e3}, None, None),
     "phase that never comes": ({"MOTION(1).DURATION": 0}, "error", "is never reached"),
 }
 
