@@ -26,7 +26,7 @@ module sleep_held_layer
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel, particles_t
   use state_budget, only: budget_t, e_sleep
   use state_clock, only: clock_t
-  use state_nodes, only: clear_nodes, min_node_inertia, nodes_t, update_nodes
+  use state_nodes, only: clear_nodes, full_mass, min_node_inertia, nodes_t, update_nodes
   use state_scene, only: scene_t
   use state_sleepers, only: sleepers_t
   use transfer_scatter, only: p2g_block
@@ -37,6 +37,9 @@ module sleep_held_layer
 
   !> Fraction of a node's mass below which no awake particle is near.
   real(rp), parameter :: negligible = 1.0e-9_rp
+  !> Mass of a node, over a full one, that a particle gives it by reaching past it by the rounding
+  !> errors of 1e4 steps: the square of the length in cells.
+  real(rp), parameter :: touch = (1.0e4_rp*epsilon(1.0_rp))**2
 
 contains
 
@@ -63,7 +66,7 @@ contains
                  nodes%boundary%mirrors%lost, nodes%boundary%mirrors%mass_behind(:, 1))
     nodes%boundary%mirrors%resting_mass_behind = nodes%boundary%mirrors%mass_behind(:, 1)
     call nodes%halo%sum(8, nodes%patch%nn, nodes%g(:, :, 1))
-    call list_held(nodes, sleepers, nodes%g(:, :, 1))
+    call list_held(scene, clock, nodes, sleepers, nodes%g(:, :, 1))
   end subroutine freeze_layer
 
   !> Store the records of this rank's sleepers: the nodes of `g` that have mass.
@@ -75,7 +78,7 @@ contains
     integer :: i
 
     associate (layer => sleepers%layer)
-      layer%node = nodes_with_mass(nodes, g)
+      layer%node = nodes_with_mass(nodes, g, 0.0_rp)
       layer%record = g(:, layer%node)
       if (allocated(layer%volume)) deallocate (layer%volume)
       allocate (layer%volume(2*size(scene%body), size(layer%node)), source=0.0_rp)
@@ -86,15 +89,18 @@ contains
     end associate
   end subroutine store_layer_records
 
-  !> List the nodes to hold: those with mass of sleepers of any rank.
-  subroutine list_held(nodes, sleepers, g)
+  !> List the nodes to hold: those with mass of sleepers of any rank. A sleeper whose domain ends at
+  !> a node, within the rounding of its position, does not hold it.
+  subroutine list_held(scene, clock, nodes, sleepers, g)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
     type(nodes_t), intent(in) :: nodes
     type(sleepers_t), intent(inout) :: sleepers
     real(rp), intent(in) :: g(8, nodes%patch%nn)
     integer :: i, r
 
     associate (layer => sleepers%layer)
-      layer%held = nodes_with_mass(nodes, g)
+      layer%held = nodes_with_mass(nodes, g, touch*full_mass(scene, clock))
       layer%mass = g(1, layer%held)
       layer%is_own = [(.false., i=1, size(layer%held))]
       i = 0
@@ -110,9 +116,10 @@ contains
     end associate
   end subroutine list_held
 
-  !> Nodes in use with mass, in ascending order.
-  pure function nodes_with_mass(nodes, g) result(list)
+  !> Nodes in use with more mass than `least` [kg], in ascending order.
+  pure function nodes_with_mass(nodes, g, least) result(list)
     type(nodes_t), intent(in) :: nodes
+    real(rp), intent(in) :: least
     real(rp), intent(in) :: g(8, nodes%patch%nn)
     integer, allocatable :: list(:)
     integer :: n, pass, q, r
@@ -121,7 +128,7 @@ contains
       n = 0
       do r = 1, nodes%n_ranges
         do q = nodes%range(1, r), nodes%range(2, r)
-          if (.not. g(1, q) > 0.0_rp) cycle
+          if (.not. g(1, q) > least) cycle
           n = n + 1
           if (pass == 2) list(n) = q
         end do
