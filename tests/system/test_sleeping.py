@@ -150,8 +150,8 @@ def test_sleepers_stay_off_the_tool(run, tmp_path, case):
 
 
 def test_probes_where_metal_sleeps(run, tmp_path):
-    """Probes in and beside metal that sleeps and gets warm read what they read in an always awake run: within 0.1 K in nine rows of
-    ten, and within what they change in a conduction step (0.0354 s) where a row falls on either side of one. Read at nodes that
+    """Probes in and beside metal that sleeps and gets warm read what they read in an always awake run: within 1 % of their rise in
+    nine rows of ten, and within what they change in a conduction step (0.0354 s) where a row falls on either side of one. Read at nodes that
     only a part of the particles reaches they are 10 K off."""
     sets = {"GRID.CELL": 4e-3, "TIME.MASS_SCALING": 1e5, "TIME.ELASTIC_SCALING": 25, "TIME.END": 3.0, "OUTPUT.CHECKPOINT_INTERVAL": 0}
     probes = {mode: run(str(driver.ROOT / "input/fsp_copper_cavity1_1mm.nml"), "--quiet", sets=sets | {"METHOD.SLEEPING": mode},
@@ -160,7 +160,7 @@ def test_probes_where_metal_sleeps(run, tmp_path):
         apart = np.abs(probes["off"][name] - np.interp(probes["off"]["time[s]"], probes["on"]["time[s]"], probes["on"][name]))
         steepest = (np.abs(np.diff(probes["off"][name])) / np.diff(probes["off"]["time[s]"])).max()
         print(name, probes["off"][name][-1], apart.max(), np.quantile(apart, 0.9), 0.0354 * steepest)
-        assert np.quantile(apart, 0.9) < 0.1 and apart.max() < 0.0354 * steepest, name
+        assert np.quantile(apart, 0.9) < 0.01 * (probes["off"][name][-1] - 298.0) and apart.max() < 0.0354 * steepest, name
 
 
 @pytest.mark.parametrize("cells", BAR)
@@ -178,7 +178,7 @@ def test_pulse_wakes_sleepers(run, tmp_path, cells):
 
 @pytest.mark.parametrize("ranks, cells", [(1, "uniform"), (3, "uniform"), (4, "graded")])
 def test_ranks_and_restart(run, tmp_path, ranks, cells):
-    """1000 steps with sleepers: the same on any number of ranks to 1e-9, and bit for bit if stopped in
+    """1000 steps with sleepers: the same on any number of ranks to 1e-8, and bit for bit if stopped in
     the middle and continued, forces and the tool's pose in the history too; continued without sleepers, all wake."""
     sets = {**LONG, **PLATE[cells], "METHOD.SLEEPING": "on", "TIME.END": "0.12", "OUTPUT.CHECKPOINT_INTERVAL": "0.12",
             "TIME.GRAVITY": "0,0,-1e5", "METHOD.SLEEP_STRESS": 2e-2, "TIME.MASS_SCALING": 1.6e6 if cells == "graded" else 1e5}
@@ -188,7 +188,7 @@ def test_ranks_and_restart(run, tmp_path, ranks, cells):
     assert (np.abs(one.v).max(axis=1) == 0.0).mean() > 0.2
     apart = driver.distance(one, two, STATE)
     print(apart)
-    assert max(apart.values()) < (1e-30 if ranks == 1 else 1e-9), apart
+    assert max(apart.values()) < (1e-30 if ranks == 1 else 1e-8), apart
     part = place(tmp_path, "part")
     run("stir", "--quiet", sets={**sets, "TIME.MAX_STEPS": "770"}, directory=part, ranks=ranks)
     path = part / "stir.out" / "stir_checkpoint.h5"
