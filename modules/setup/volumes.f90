@@ -48,17 +48,20 @@ contains
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(solid_t), allocatable :: solids(:)
-    real(rp) :: points, particles, nodes, bytes, share, cells(3), lower(3), upper(3), lacking(1)
+    real(rp) :: points, particles, nodes, bytes, share, lacking(1)
+    real(rp), dimension(3) :: cells, lower, top, upper
     character(:), allocatable :: what
     integer :: b
 
     points = 0.0_rp
     particles = 0.0_rp
     nodes = 0.0_rp
+    top = scene%grid%lower
     do b = 1, size(scene%body)
       call read_body_solids(input, b, solids)
       call extent_of(solids, lower, upper)
       upper = max(upper, lower)
+      top = max(top, upper)
       cells = cells_in(scene, lower, upper)
       points = points + product(cells*scene%grid%h/scene%body(b)%spacing)
       particles = particles + filled_share([solids_t(solids)], lower, upper - lower) &
@@ -66,7 +69,7 @@ contains
       nodes = max(nodes, product(cells))
     end do
     if (scene%method%has_mechanics) then
-      nodes = product(real(scene%grid%n, rp))    ! the ranks divide all of the grid
+      nodes = product(cells_in(scene, scene%grid%lower, top))  ! stored from the lower corner on
       bytes = per_field*scene%layout%n*particles &
         + real(bytes_per_node(scene)*maxval(scene%body%group), rp)*nodes
       what = str(particles)//' particles and '//str(nodes)//' nodes'
