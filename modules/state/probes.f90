@@ -27,8 +27,9 @@ contains
 
   !> Move this rank's probes by the velocities of `g` and read the temperature of `g_heat` there
   !> (linear weights); the masses of both grids are the same. Light nodes may be fast, as particles
-  !> that hardly reach a node give it more force than mass: those with less than an eighth of the
-  !> mass, which the corner of a block has, move a probe less in proportion. Nodes held for sleepers
+  !> that hardly reach a node give it more force than mass. Where metal reaches a probe, a node has
+  !> the square of its weight there or more as share of the mass, an eighth of it at a corner; with
+  !> less it moves the probe less in proportion. Nodes held for sleepers
   !> have received the temperature of only a part of their particles: a probe next to such a node
   !> keeps its temperature of the last conduction step.
   subroutine move_probes(dt, patch, n_groups, g, g_heat, probes, held)
@@ -55,7 +56,7 @@ contains
         call point_nodes(s, patch%stride, 8, 0.0_rp, patch%nn, nodes, q, weight)
         if (sum(weight) <= 0.0_rp) cycle           ! empty nodes have no temperature
         mass = nodes(8, q)
-        trust = weight*min(1.0_rp, mass/(corner_mass*maxval(mass)))
+        trust = weight*min(1.0_rp, mass/max(corner_mass*maxval(mass)*weight**2, tiny(1.0_rp)))
         motion = matmul(nodes(:, q), trust)/sum(trust)
         state = matmul(heat(:, q), weight)
         if (patch%is_graded()) then

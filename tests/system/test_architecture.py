@@ -38,7 +38,7 @@ def use_upwards(tree):
 
 
 def unused_layer(tree):
-    edit(tree, "CMakeLists.txt", "USES base particles input simulation heat)", "USES base particles input tools simulation heat)")
+    edit(tree, "CMakeLists.txt", "USES base particles input state heat)", "USES base particles input tools state heat)")
 
 
 def unused_library(tree):
@@ -103,7 +103,7 @@ def layer_without_content(tree):
 
 
 SPOILED = {
-    "lines": [(use_upwards, "simulation has no USES io"),
+    "lines": [(use_upwards, "state has no USES io"),
               (whole_simulation, "takes the whole simulation"),
               (fourth_part, "record_impulse takes 4 parts of the simulation"), (carries_no_more, "no procedure of run_debris takes"),
               (staircase, "a comment behind code goes on"), (unused_layer, "hooks is linked to tools,"), (unused_library, "particles is linked to hdf5::fortran,"),
