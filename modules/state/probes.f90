@@ -56,7 +56,7 @@ contains
         call point_nodes(s, patch%stride, 8, 0.0_rp, patch%nn, nodes, q, weight)
         if (sum(weight) <= 0.0_rp) cycle           ! empty nodes have no temperature
         mass = nodes(8, q)
-        trust = weight*min(1.0_rp, mass/max(corner_mass*maxval(mass)*weight**2, tiny(1.0_rp)))
+        trust = weight*mass/max(mass, corner_mass*maxval(mass)*weight**2, tiny(1.0_rp))
         motion = matmul(nodes(:, q), trust)/sum(trust)
         state = matmul(heat(:, q), weight)
         if (patch%is_graded()) then
