@@ -45,7 +45,7 @@ contains
     call check_friction_heat(input, scene, tool)
   end subroutine check_sense
 
-  !> Report a grid, whose nodes are all stored, a hundred times as long as all bodies together.
+  !> Report a grid a hundred times as long as all bodies together.
   subroutine check_grid(input, scene, solids)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene

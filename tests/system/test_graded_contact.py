@@ -60,7 +60,7 @@ def test_discs_keep_their_energy(run, fine, largest, normal):
 @pytest.mark.parametrize("seed, gap, integrator, fine", [
     (3, 0.2, "explicit", (-8, -4)), (5, 1.0, "backward-euler", (-4, 4))])
 def test_gap_between_half_spaces(run, seed, gap, integrator, fine):
-    """Exact, as in test_gaps: heat that went through the gap within 1.5 %, with the gap in cells of half the edge and where they
+    """Exact, as in test_gaps: heat that went through the gap within 1 % (any draw: 1.5 %), with the gap in cells of half the edge and where they
     grow to twice the edge, once it has gone 24 cells deep; nothing lost."""
     sets = sets_of(*pair(seed)) | {"HEAT.INTEGRATOR": integrator}
     cell = sets["GRID.CELL"]
@@ -70,7 +70,7 @@ def test_gap_between_half_spaces(run, seed, gap, integrator, fine):
         sets["HEAT.EVERY"] = 20
     found = through_gap(run, pair(seed), gap, sets)
     print(seed, gap, integrator, fine, found - 1)
-    assert found == pytest.approx(1.0, rel=0.015)
+    assert found == pytest.approx(1.0, rel=0.01 if seed < 10 else 0.015)
 
 
 def test_on_ranks_and_after_a_restart(run, tmp_path):

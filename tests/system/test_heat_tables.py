@@ -27,7 +27,7 @@ def inverse(value, x, y):
 @pytest.mark.parametrize("solver, seed", [("explicit", 1), ("cg", 2), ("cg", 3), ("petsc", 4)])
 def test_steady_bar(run, tmp_path, solver, seed):
     """Exact (Kirchhoff): between a wall at T_0 and a film the integral of k over T is linear in x, and what flows is
-    its slope and what the film takes up. Profile within 1.5 % of its difference from two cells off the film on, for
+    its slope and what the film takes up. Profile within 1 % (any draw: 1.5 %) of its difference from two cells off the film on, for
     drawn tables whose points are apart by three cells' difference in temperature."""
     if solver == "petsc" and driver.lacks("petsc", tmp_path):
         pytest.skip("this build has no petsc")
@@ -61,7 +61,7 @@ def test_steady_bar(run, tmp_path, solver, seed):
     wanted = [inverse(integral(cold, x, k) + at / length * whole, x, k) for at in state.x[:, 0]]
     off = (np.abs(state.temp - wanted) / (face - cold))[state.x[:, 0] < length - 8e-3].max()
     print(solver, seed, off, cold, face, ambient)
-    assert off < 0.015
+    assert off < (0.01 if seed < 5 else 0.015)
     assert np.abs(results.history()["conduction_error[%]"]).max() < 1e-9
 
 

@@ -241,7 +241,7 @@ def test_inertial_loads_bound_the_error(run, tmp_path, case):
 @pytest.mark.parametrize("seed", [1, 2])
 def test_error_of_a_travelling_disc_is_bounded(run, tmp_path, seed):
     """Bound, for tilted discs drawn at random that are pressed in and travel: the error of the force is at most its inertial part
-    and that on metal that the tool has not reached, as the log says them, and these at most fifteen times the error. The inertial part alone is up to
+    and that on metal that the tool has not reached, as the log says them, and these at most five times the error (any draw: fifteen). The inertial part alone is up to
     30 times too small."""
     draw = np.random.default_rng(seed).uniform
     tilt, down, depth, spin = draw(1.5, 4.0), draw(2e-3, 5e-3), draw(4e-4, 7e-4), draw(300.0, 1200.0)
@@ -264,7 +264,7 @@ def test_error_of_a_travelling_disc_is_bounded(run, tmp_path, seed):
         part = float(re.search(r"inertial force or power up to (\S+) %", done.out).group(1)) / 100.0
         part_early = float(re.search(r"not reached bears up to (\S+) %", done.out).group(1)) / 100.0
         print(factor, "error", error / largest, "inertial part", part, "on metal not reached", part_early)
-        assert 0.01 < error / largest < part + part_early < 15.0 * error / largest
+        assert 0.01 < error / largest < part + part_early < (5.0 if seed < 3 else 15.0) * error / largest
         assert error / largest < 0.01 * sum(alarms.parts_of_loads(Run(done.results("stir").directory))), "the light of the report"
 
 

@@ -111,7 +111,7 @@ def test_torque_of_friction_laws(law, tmp_path):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_stirred_layer_of_any_metal(seed, tmp_path):
-    """Shear stress and work of the stirred layer within 6 % of the finite differences, temperature within 20 K, at
+    """Shear stress and work of the stirred layer within 5 % of the finite differences, temperature within 15 K (any draw: 6 %, 20 K), at
     cells of 2 mm: the layer is thinner than the cells. Strain 0.5 mm deep, of film and metal together, within 25 %."""
     draw = np.random.default_rng(seed)
     parameters = {"speed": 10.0 ** draw.uniform(-1.3, -0.3), "start": draw.uniform(500.0, 900.0),
@@ -119,9 +119,9 @@ def test_stirred_layer_of_any_metal(seed, tmp_path):
                   "conductivity": draw.uniform(200.0, 400.0), "time": draw.uniform(0.2, 0.4)}
     error, figures, _ = problems.ALL["stirred_layer"].solve(5, parameters, tmp_path)
     print(parameters, error, figures)
-    assert error < 0.06
+    assert error < (0.05 if seed < 3 else 0.06)
     assert abs(figures["strain at 0.5 mm"] - 1.0) < 0.25
-    assert abs(figures["T of the face off"]) < 20.0
+    assert abs(figures["T of the face off"]) < (15.0 if seed < 3 else 20.0)
 
 
 def test_stirred_layer_in_graded_cells(tmp_path):
@@ -192,15 +192,15 @@ def test_books_of_the_face(tmp_path):
 @pytest.mark.parametrize("seed", range(6))
 def test_discs_meet_anyhow(seed, tmp_path):
     """Discs of 8 cells a radius that meet at any offset, angle and place of the grid, on straight or round lattices,
-    with and without friction, gain no energy (0.2 %) and keep their angular momentum (2 %, without friction 0.6 %);
-    without friction they lose at most 2.5 %, with friction at most 2 % of their energy is lost without becoming heat."""
+    with and without friction, gain no energy (0.2 %) and keep their angular momentum (2 %, without friction 0.3 %);
+    without friction they lose at most 2 %, with friction at most 1.5 % of their energy is lost without becoming heat. Of any draw: 0.6, 2.5 and 2 %."""
     problem = problems.ALL["discs_anyhow"]
     friction = float(np.random.default_rng(100 + seed).uniform(0.05, 0.8)) if seed // 2 % 2 else 0.0
     _, figures, _ = problem.solve(8, {"seed": seed, "friction": friction}, tmp_path)
     print(problem.draw(seed), friction, figures)
     assert figures["gained"] < 0.002
-    assert abs(figures["spin"] - 1.0) < (0.02 if friction else 0.006)
-    assert figures["lost"] < (0.02 if friction else 0.025)
+    assert abs(figures["spin"] - 1.0) < (0.02 if friction else 0.003 if seed < 6 else 0.006)
+    assert figures["lost"] < ((0.015 if friction else 0.02) if seed < 6 else (0.02 if friction else 0.025))
 
 
 @pytest.mark.parametrize("gravity", [3028.0180914454018, 3028.0])

@@ -53,7 +53,7 @@ def test_closed_box(seed, tmp_path):
     thick = 0.8e-3 if "SHAPE(1).UPPER" in sets else THICK
     torque = np.abs(history["pin_torque[Nm]"][history["time[s]"] > 0.7]).mean() / (2 * np.pi * radius**2 * SHEAR * thick)
     print(f"largest hole {hole:.2f} mm2, torque {torque:.3f} of the exact one")
-    assert hole < 0.75
+    assert hole < (0.6 if seed < 10 else 0.75)
     if "MATERIAL.LAW" not in sets:        # a pin of 2.5 to 3.5 cells: its corners differ with its place on the lattice
         assert abs(torque - 1.0) < (0.05 if seed == 0 else 0.1)
     assert abs(history["audit_error[%]"][-1]) < 0.1
